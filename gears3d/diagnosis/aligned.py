@@ -12,11 +12,21 @@ from gears3d.diagnosis.cause import Cause, contribution
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.joint import settled
 from gears3d.diagnosis.library import Library
-from gears3d.diagnosis.scatter import with_own_noise
+from gears3d.diagnosis.prediction import GEARS
+from gears3d.diagnosis.restitution_scatter import with_own_noise
 from gears3d.diagnosis.search import Search, known_of, search
 from gears3d.diagnosis.sifting import without_strays
 from gears3d.diagnosis.tooth_zeros import tooth
-from gears3d.diagnosis.zeros import GEARS, Phases, apart, free, goes_by, order_of, reference, turn, turns
+from gears3d.diagnosis.zeros import (
+    Phases,
+    apart,
+    free,
+    goes_by,
+    order_of,
+    reference,
+    turn,
+    turns,
+)
 
 Array = np.ndarray
 TOOTH = "pitch_error"

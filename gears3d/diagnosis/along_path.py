@@ -27,8 +27,7 @@ from gears3d.effects import Code, catalogue
 from gears3d.errors import InputError
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.evidence import Evidence
-    from gears3d.diagnosis.paths import Paths
+    from gears3d.diagnosis.evidence import Evidence, Paths
     from gears3d.measured.checks import Admitted
     from gears3d.measured.segmentation import Track
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause, contribution, fit
-from gears3d.diagnosis.freed import free_contact, free_flight
+from gears3d.diagnosis.evidence import standardised_contact, standardised_flight
 from gears3d.diagnosis.heldout import Split, parts_of, worth
 from gears3d.diagnosis.named import table
 from gears3d.diagnosis.prediction import CHANNELS, added, impact_sigma, reading_error, residuals
@@ -220,7 +220,7 @@ def _flights(one: Evidence, bench: Bench, sensors: Sequence[Any]) -> Array:
     ])  # fmt: skip
     fast = speed[:, :: max((speed.shape[1] - 1) // (path.shape[1] - 1), 1)]
     rest = seen.loose - path - reading_error(sensors, "loose", path, fast)
-    return free_flight(one, rest)
+    return standardised_flight(one, rest)
 
 
 def _contacts(one: Evidence, bench: Bench, sensors: Sequence[Any]) -> Array:
@@ -232,7 +232,7 @@ def _contacts(one: Evidence, bench: Bench, sensors: Sequence[Any]) -> Array:
         loose = loose + reading_error(sensors, "loose", loose, speed * of_drive / of_loose)
         drive = drive + reading_error(sensors, "drive", drive, speed)
         rest[rows] = seen.place[rows] - (of_loose * loose - of_drive * drive)
-    return free_contact(one, rest)
+    return standardised_contact(one, rest)
 
 
 def _impacts(one: Evidence, bench: Bench) -> Array:

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause
-from gears3d.diagnosis.deviation import deviation
-from gears3d.diagnosis.torque import torque
+from gears3d.diagnosis.prediction import deviation, torque
 from gears3d.diagnosis.visits import PER, STEP, Visits
 from gears3d.effects import Code, Row
 from gears3d.errors import InputError

@@ -12,13 +12,12 @@ import numpy as np
 from gears3d.diagnosis.along_path import AlongPath, along_path
 from gears3d.diagnosis.amiss import amiss, unspent
 from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
-from gears3d.diagnosis.evidence import Evidence, uncut
+from gears3d.diagnosis.evidence import Evidence, Paths, uncut
 from gears3d.diagnosis.experiments import Experiment, experiments
 from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, with_others, yields
 from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_teeth, of_zeros
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.kicked import thrown
-from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.quantisation import of_counts, shared
 from gears3d.diagnosis.readied import along_another, delay_of, ready, searched, with_one_flank
 from gears3d.diagnosis.remains import structures

@@ -1,19 +1,26 @@
-"""One record as evidence: its channels, its rig, and the states at which predictions are made."""
+"""One record as evidence: its path, its channels, the states of predictions, and whitened values without nuisances.
+
+Residuals and predictions are compared in standard deviations of independent noise, after projection of the nuisances of
+a record: start angle and speed of each flight, datum of the displacement, mean speed and phase of the drive.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.channels import BINS, Channels, Drive, Losses, channels, nothing
-from gears3d.measured.segmentation import doubtful
+from gears3d.diagnosis.channels import BINS, Channels, Drive, Losses, channels, no_channels
+from gears3d.kernels import njit
+from gears3d.measured.segmentation import Track, doubtful, path_of
+from gears3d.recording import Recording
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.gears import Pair
+    from gears3d.measured.checks import Admitted
     from gears3d.measured.segmentation import Measurement
     from gears3d.measured.segmentation.flanks import Flanks
     from gears3d.measured.segmentation.segments import Segments
@@ -21,9 +28,17 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 # Largest ratio of the jerk of a gap at contact loss to the largest jerk of the drive.
-STEEP = 4.0
+STEEPEST_LOSS = 4.0
 # Integration steps per bin of a flight.
 FINE = 4
+# Rows above which a path is not cached, because of its memory.
+LONGEST_CACHED = 1 << 20
+# Ratio of neighbouring relaxation rates: the sum of their spectra is 1/f within 10 %.
+RATE_RATIO = 4.0
+# Ratio of the slowest relaxation time to the record's duration; the fastest is at the Nyquist frequency of the
+# readings, which are means over the sampling interval: white to 15 % there, and to 3 % at the lowest frequencies
+# (simulated).
+SLOWEST_RELAXATION = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +95,7 @@ class Evidence:
         doubt: fraction of the record that its segmentation does not explain.
         stated: whether the harmonics of the drive's motion are specified for it, so that the drive can deviate from
             them.
-        kept: cache of derived values; a record with other points starts with an empty one.
+        cache: cache of derived values; a record with other points starts with an empty one.
     """
 
     name: str
@@ -98,7 +113,7 @@ class Evidence:
     flanks: Flanks | None = None
     doubt: float = 0.0
     stated: bool = True
-    kept: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
+    cache: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def radii(self) -> tuple[float, float]:
@@ -124,8 +139,8 @@ def of_cut(
 ) -> Evidence:
     """Return a segmented record as evidence."""
     seen = channels(cut)
-    fine, at = _fine(seen)
-    motion = _motion(seen, scenario)
+    fine, at = _fine_grid(seen)
+    motion = _drive_motion(seen, scenario)
     seen = _clear_losses(seen, motion, scenario.rig().base_radius_drive)
     return Evidence(name, scenario, scenario.rig(), scenario.pair(), scenario.rows(), seen, motion, fine, at,
                     spared, flanks=cut.flanks, doubt=doubtful(cut), stated=stated)  # fmt: skip
@@ -136,7 +151,7 @@ def _clear_losses(seen: Channels, motion: Motion, radius: float) -> Channels:
     if not len(motion.harmonics):
         return seen
     cosine, sine, turn = motion.harmonics.T
-    good = seen.losses.growth[:, 0] < STEEP * radius * float(np.sum(turn**3 * np.hypot(cosine, sine)))
+    good = seen.losses.growth[:, 0] < STEEPEST_LOSS * radius * float(np.sum(turn**3 * np.hypot(cosine, sine)))
     left_out = {**seen.left_out, "loss": seen.left_out["loss"] + int(np.sum(~good))}
     return seen._replace(losses=Losses(*(column[good] for column in seen.losses)), left_out=left_out)
 
@@ -148,13 +163,13 @@ def uncut(scenario: Scenario, name: str = "") -> Evidence:
         scenario: of the test rig under this record's conditions.
         name: of the record.
     """
-    seen = nothing()
-    fine, at = _fine(seen)
+    seen = no_channels()
+    fine, at = _fine_grid(seen)
     none = Motion(scenario.motion.mean, np.zeros((0, 3)))
     return Evidence(name, scenario, scenario.rig(), scenario.pair(), scenario.rows(), seen, none, fine, at)
 
 
-def _motion(seen: Channels, scenario: Any) -> Motion:
+def _drive_motion(seen: Channels, scenario: Any) -> Motion:
     drive = seen.drive
     turns = sorted({2.0 * pi * one.frequency for one in scenario.motion.harmonics})
     middle = float(drive.time.mean()) if len(drive.time) else 0.0
@@ -167,7 +182,7 @@ def _motion(seen: Channels, scenario: Any) -> Motion:
     return Motion(float(found[1]), np.column_stack([pairs, turns]) if turns else np.zeros((0, 3)))
 
 
-def _fine(seen: Channels) -> tuple[tuple[Array, Array, Array], Array]:
+def _fine_grid(seen: Channels) -> tuple[tuple[Array, Array, Array], Array]:
     """Return the paths of flights as parabolas on a fine grid."""
     flights, count = seen.flights, FINE * (BINS - 1) + 1
     if not len(flights.time):
@@ -185,3 +200,338 @@ def _fine(seen: Channels) -> tuple[tuple[Array, Array, Array], Array]:
     angle = numbers[:, :1] + y * (numbers[:, 1:2] + y * numbers[:, 2:])
     speed = (numbers[:, 1:2] + 2.0 * y * numbers[:, 2:]) / half
     return (time, angle, speed), (flights.time - first) / (last - first) * (count - 1)
+
+
+class Paths:
+    """Paths of the records of one diagnosis."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[int, float], tuple[Admitted, Track]] = {}
+
+    def of(self, one: Admitted, delay: float = 0.0) -> Track:
+        """Return displacement and angles of a record without a delay [s] of the loose gear's readings.
+
+        delay: [s].
+
+        Raises:
+            InputError: there are too few readings, or a gear stands still.
+        """
+        key = (id(one), delay)
+        if key in self._known:
+            return self._known[key][1]
+        record = one.recording if delay == 0.0 else _without_delay(one.recording, delay)
+        known = path_of(record, one.rig, one.file)
+        if len(record.time) <= LONGEST_CACHED:
+            self._known[key] = (one, known)  # with the record: while it is held, no other has its id
+        return known
+
+
+def _without_delay(record: Recording, delay: float) -> Recording:
+    """Return a record without a delay of the loose gear's readings, shortened by it.
+
+    The loose gear is shifted by whole rows, so that its noise is unchanged; fractions of a row shift the drive, which
+    moves smoothly.
+    """
+    time = record.time
+    spacing = float(np.median(np.diff(time)))
+    rows = round(delay / spacing)
+    kept = np.arange(max(-rows, 0) + 1, len(time) - max(rows, 0) - 1)
+    drive = np.interp(time[kept] - (delay - rows * spacing), time, record.signals["theta_drive_rad"])
+    signals = {name: values[kept] for name, values in record.signals.items()}
+    signals |= {"theta_drive_rad": drive, "theta_loose_rad": record.signals["theta_loose_rad"][kept + rows]}
+    return Recording(signals, meta=record.meta)
+
+
+# Noise whose power falls with the frequency is largest at the lowest orders of a gear, where the strongest causes are
+# expected. Taken for white noise, it is mistaken for a cause. Readings in contact and of the drive are filtered in time
+# (innovations of a Kalman filter), those of flights by the inverse root of their covariance, flight by flight.
+
+
+class Filter(NamedTuple):
+    """Whitening filter of readings of one record.
+
+    Args:
+        order: of the readings in time, (n,).
+        decay: of each part of the slow noise since the previous reading, (n, m).
+        gain: of each part, (n, m).
+        root: standard deviation of the innovation of each reading, (n,).
+    """
+
+    order: Array
+    decay: Array
+    gain: Array
+    root: Array
+
+
+def filter_of(time: Array, sigma: Array, slow: float) -> Filter:
+    """Return the whitening filter of readings with white and 1/f noise.
+
+    time [s], sigma: (n,); slow: root of the power of the 1/f noise per unit of ln f, in the unit of ``sigma``.
+
+    Source: Kalman 1960; 1/f noise as a sum of relaxations (van der Ziel 1950).
+    """
+    order = np.argsort(time, kind="stable")
+    steps = np.diff(time[order], prepend=time[order[0]])
+    moved = steps[steps > 0.0]
+    rates, variance = _relaxations(float(np.sum(steps)), float(np.median(moved)) if len(moved) else 1.0, slow)
+    decay = np.exp(-rates * steps[:, None])
+    gain, root = np.zeros_like(decay), np.zeros(len(time))
+    _kalman_gains(decay, np.full(len(rates), variance), sigma[order], gain, root)
+    return Filter(order, decay, gain, root)
+
+
+def whitened(values: Array, by: Filter) -> Array:
+    """Return the innovations of readings in standard deviations, (n,).
+
+    values: (n,).
+
+    >>> random, slow = np.random.default_rng(1), np.zeros(8193, complex)
+    >>> slow[1:] = random.standard_normal((8192, 2)) @ [1.0, 1.0j] / np.sqrt(np.arange(1, 8193))
+    >>> shown = (8192.0 * np.fft.irfft(slow)).reshape(-1, 8).mean(axis=1) + 0.5 * random.standard_normal(2048)
+    >>> white = whitened(shown, filter_of(np.arange(2048.0), np.full(2048, 0.5), 1.0))
+    >>> round(float(np.std(white)), 1), round(4.0 * float(np.std(white.reshape(-1, 16).mean(axis=1))), 1)
+    (0.8, 0.9)
+    """
+    found = np.zeros(len(values))
+    made = np.zeros(len(values))
+    _innovations(by.decay, by.gain, by.root, np.ascontiguousarray(values[by.order], float), made)
+    found[by.order] = made
+    return found
+
+
+def coloured(white: Array, by: Filter) -> Array:
+    """Return the readings that :func:`whitened` maps to given innovations, in their unit, (n,).
+
+    white: (n,).
+
+    >>> by = filter_of(np.arange(4.0), np.full(4, 0.1), 1.0)
+    >>> coloured(whitened(np.array([1.0, -2.0, 0.5, 3.0]), by), by).round(9).tolist()
+    [1.0, -2.0, 0.5, 3.0]
+    """
+    found, made = np.zeros(len(white)), np.zeros(len(white))
+    _readings(by.decay, by.gain, by.root, np.ascontiguousarray(white[by.order], float), made)
+    found[by.order] = made
+    return found
+
+
+def roots_of(time: Array, sigma: Array, slow: float, longest: float = 0.0) -> Array:
+    """Return the whitening matrices of the points of each flight, (f, b, b).
+
+    time: (f, b) [s]; sigma: (f, b); longest: [s].
+    """
+    lasts = time[:, -1] - time[:, 0]
+    rates, variance = _relaxations(
+        max(float(lasts.max()), longest), float(lasts.min()) / max(time.shape[1] - 1, 1), slow
+    )
+    lag = np.abs(time[:, :, None] - time[:, None, :])
+    covariance = variance * sum(np.exp(-rate * lag) for rate in rates)
+    covariance = covariance + (sigma**2)[:, :, None] * np.eye(time.shape[1])
+    return np.linalg.inv(np.linalg.cholesky(covariance))
+
+
+def _relaxations(longest: float, shortest: float, slow: float) -> tuple[Array, float]:
+    """Return rates [1/s] of relaxations of equal variance whose sum is 1/f noise, and that variance."""
+    ends = 2.0 * np.pi / (SLOWEST_RELAXATION * max(longest, shortest)), np.pi / shortest
+    count = max(int(np.ceil(np.log(ends[1] / ends[0]) / np.log(RATE_RATIO))), 1) + 1
+    ratio = (ends[1] / ends[0]) ** (1.0 / max(count - 1, 1))
+    return ends[0] * ratio ** np.arange(count), slow**2 * np.log(ratio)
+
+
+@njit(cache=True, error_model="numpy")
+def _kalman_gains(decay: Array, variance: Array, sigma: Array, gain: Array, root: Array) -> None:
+    """Write the Kalman gains and the standard deviation of each innovation, which do not depend on the readings."""
+    count, parts = decay.shape
+    known = np.diag(variance)
+    for i in range(count):
+        for a in range(parts):
+            for b in range(parts):
+                known[a, b] *= decay[i, a] * decay[i, b]
+            known[a, a] += variance[a] * (1.0 - decay[i, a] ** 2)
+        toward = known.sum(axis=1)
+        new = toward.sum() + sigma[i] ** 2
+        root[i] = np.sqrt(new)
+        for a in range(parts):
+            gain[i, a] = toward[a] / new
+        for a in range(parts):
+            for b in range(parts):
+                known[a, b] -= gain[i, a] * toward[b]
+
+
+@njit(cache=True, error_model="numpy")
+def _innovations(decay: Array, gain: Array, root: Array, values: Array, made: Array) -> None:
+    """Write the innovation of each reading in its standard deviations."""
+    count, parts = decay.shape
+    state = np.zeros(parts)
+    for i in range(count):
+        new = values[i]
+        for a in range(parts):
+            state[a] *= decay[i, a]
+            new -= state[a]
+        for a in range(parts):
+            state[a] += gain[i, a] * new
+        made[i] = new / root[i]
+
+
+@njit(cache=True, error_model="numpy")
+def _readings(decay: Array, gain: Array, root: Array, white: Array, made: Array) -> None:
+    """Write the readings that have given innovations, in their standard deviations."""
+    count, parts = decay.shape
+    state = np.zeros(parts)
+    for i in range(count):
+        new = white[i] * root[i]
+        made[i] = new
+        for a in range(parts):
+            state[a] *= decay[i, a]
+            made[i] += state[a]
+        for a in range(parts):
+            state[a] += gain[i, a] * new
+
+
+def project_out(rest: Array, free: tuple[Array, ...]) -> Array:
+    """Return residuals with columns projected out of each row by least squares.
+
+    Args:
+        rest: (m, n).
+        free: columns in the same weights, each (m, n); linearly dependent ones are skipped.
+
+    >>> project_out(np.array([[1.0, 2.0, 4.0]]), (np.ones((1, 3)), np.array([[0.0, 1.0, 2.0]]))).round(6).tolist()
+    [[0.166667, -0.333333, 0.166667]]
+    """
+    return project_out_nuisances(rest, orthonormal(free))
+
+
+def orthonormal(free: tuple[Array, ...]) -> list[Array]:
+    """Return columns orthonormalised row by row; linearly dependent ones become zero.
+
+    free: (m, n).
+    """
+    taken: list[Array] = []
+    for column in free:
+        whole, own = np.sum(column * column, axis=1, keepdims=True), column
+        for _ in range(2):  # two passes are sufficient
+            for other in taken:
+                own = own - other * np.sum(other * own, axis=1, keepdims=True)
+        size = np.sum(own * own, axis=1, keepdims=True)
+        taken.append(np.where(size > 1e-16 * whole, own / np.sqrt(np.where(size > 0.0, size, 1.0)), 0.0))
+    return taken
+
+
+def project_out_nuisances(rest: Array, columns: list[Array]) -> Array:
+    """Return residuals with orthonormal columns projected out of each row.
+
+    rest: (m, n); columns: (m, n).
+    """
+    for own in columns:
+        rest = rest - own * np.einsum("ij,ij->i", own, rest)[:, None]
+    return rest
+
+
+def standardised_flight(one: Evidence, path: Array) -> Array:
+    """Return angles of flights in standard deviations, without start angle and speed, (f * BINS,).
+
+    path: angle at the points of its flights, real or complex [rad], (f, BINS).
+    """
+    if not len(path):
+        return np.zeros(0)
+    return project_out_nuisances(_weighted(one, path), _flight_nuisances(one)).ravel()
+
+
+def standardised_flight_transpose(one: Evidence, rest: Array) -> Array:
+    """Return the transpose of :func:`standardised_flight`, applied to residuals of flights, (f, BINS).
+
+    rest: in standard deviations, (f * BINS,).
+    """
+    flights = one.channels.flights
+    value = project_out_nuisances(rest.reshape(flights.time.shape), _flight_nuisances(one))
+    roots = _flight_roots(one)
+    return value / flights.sigma if roots is None else np.einsum("fji,fj->fi", roots, value)
+
+
+def _weighted(one: Evidence, path: Array) -> Array:
+    roots = _flight_roots(one)
+    return path / one.channels.flights.sigma if roots is None else np.einsum("fij,fj->fi", roots, path)
+
+
+def _flight_roots(one: Evidence) -> Array | None:
+    """Return the whitening matrices of flights; ``None`` with white noise only."""
+    flights, slow = one.channels.flights, one.channels.flicker.loose_angle
+    if slow <= 0.0 or not len(flights.time):
+        return None
+    if "roots" not in one.cache:
+        one.cache["roots"] = roots_of(flights.time, flights.sigma, slow)
+    return one.cache["roots"]
+
+
+def _flight_nuisances(one: Evidence) -> list[Array]:
+    """Return start angle and speed of each flight, orthonormal, each (f, BINS)."""
+    if "flight" not in one.cache:
+        time = one.channels.flights.time
+        x = time - time.mean(axis=1, keepdims=True)
+        one.cache["flight"] = orthonormal((_weighted(one, np.ones_like(x)), _weighted(one, x)))
+    return one.cache["flight"]
+
+
+def standardised_contact(one: Evidence, place: Array) -> Array:
+    """Return displacements in contact in standard deviations, without the record's datum, (c,).
+
+    place: [m], (c,).
+    """
+    return _standardised(one, "contact", place, (np.ones_like(place),)) if len(place) else place
+
+
+def standardised_drive(one: Evidence, angle: Array) -> Array:
+    """Return angles of the drive in standard deviations, without its datum, mean speed and phase, (d,).
+
+    angle: [rad], (d,).
+    """
+    seen = one.channels.drive
+    swing = one.motion.speed(seen.time) - one.motion.mean
+    return _standardised(one, "drive", angle, (np.ones_like(angle), seen.time - seen.time.mean(), swing))
+
+
+def in_units(one: Evidence, name: str, rest: Array) -> Array:
+    """Return residuals of contact [m] or of the drive [rad] as readings, (n,).
+
+    Args:
+        one: the record.
+        name: ``"contact"`` or ``"drive"``.
+        rest: in standard deviations, in the form of :func:`standardised_contact` or :func:`standardised_drive`, (n,).
+    """
+    if not len(rest):
+        return rest
+    by = _filter(one, name)
+    sigma = one.channels.contacts.sigma if name == "contact" else one.channels.drive.sigma
+    return rest * sigma if by is None else coloured(rest, by)
+
+
+def _filter(one: Evidence, name: str) -> Filter | None:
+    """Return the whitening filter of contact or of the drive; ``None`` with white noise only."""
+    seen, slow = one.channels, one.channels.flicker
+    size = slow.place if name == "contact" else slow.drive_angle
+    if (key := ("white", name)) not in one.cache:
+        if name == "contact":
+            one.cache[key] = filter_of(seen.contacts.time, seen.contacts.sigma, size) if size > 0.0 else None
+        else:
+            sigma = np.full(len(seen.drive.time), seen.drive.sigma)
+            one.cache[key] = filter_of(seen.drive.time, sigma, size) if size > 0.0 else None
+    return one.cache[key]
+
+
+def _standardised(one: Evidence, name: str, values: Array, free: tuple[Array, ...]) -> Array:
+    """Return whitened readings of contact or of the drive with columns projected out."""
+    by = _filter(one, name)
+    sigma = one.channels.contacts.sigma if name == "contact" else one.channels.drive.sigma
+
+    def white(column: Array) -> Array:
+        return column / sigma if by is None else whitened(column, by)
+
+    if name not in one.cache:
+        one.cache[name] = orthonormal(tuple(white(column)[None] for column in free))
+    return project_out_nuisances(white(values)[None], one.cache[name])[0]
+
+
+def drive_speed(one: Evidence, channel: str) -> Array:
+    """Return the drive's speed at the points of ``"contacts"`` or ``"drive"`` [rad/s]."""
+    if (key := ("speed", channel)) not in one.cache:
+        one.cache[key] = one.motion.speed(getattr(one.channels, channel).time)
+    return one.cache[key]

@@ -8,8 +8,8 @@ import numpy as np
 
 from gears3d.diagnosis.cause import Cause, contribution, slopes_of
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import CHANNELS, residuals
-from gears3d.diagnosis.zeros import GEARS, kept, slopes_of_zeros, turn
+from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals
+from gears3d.diagnosis.zeros import kept, slopes_of_zeros, turn
 
 Array = np.ndarray
 # Number of Gauss-Newton rounds.

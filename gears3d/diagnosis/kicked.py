@@ -13,9 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.deviation import BENT, Gear, influence
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.struck import GEARS, SIDES
+from gears3d.diagnosis.prediction import GEARS, NEGLIGIBLE, SIDES, Gear, influence
 from gears3d.diagnosis.structure import Structure
 
 Array = np.ndarray
@@ -56,8 +55,8 @@ class _Peak(NamedTuple):
 
 def _tooth(one: Evidence, peak: _Peak) -> int:
     """Return the tooth whose contact loss begins where contact ends."""
-    at, moved = influence(one.pair, peak.gear, SIDES[peak.flank], BENT)
-    there = at[np.abs(moved) > BEGINS * BENT]
+    at, moved = influence(one.pair, peak.gear, SIDES[peak.flank], NEGLIGIBLE)
+    there = at[np.abs(moved) > BEGINS * NEGLIGIBLE]
     return round(peak.place - float(there[0]) / (2.0 * pi)) % one.pair.gear(peak.gear).teeth + 1
 
 
@@ -73,7 +72,7 @@ def _peak(records: Sequence[Evidence], gear: Gear, flank: int) -> _Peak | None:
     from scipy.stats import binom
 
     teeth = records[0].pair.gear(gear).teeth
-    partings = [one.channels.partings for one in records]
+    partings = [one.channels.contact_ends for one in records]
     places = [np.mod(getattr(each, gear)[each.flank == flank] * teeth / (2.0 * pi), teeth) for each in partings]
     counts = np.array([np.bincount((own * PARTS).astype(int) % (PARTS * teeth), minlength=PARTS * teeth)
                        for own in places])  # fmt: skip

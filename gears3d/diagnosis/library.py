@@ -142,7 +142,7 @@ def _among(old: Evidence, new: Evidence, name: str) -> slice | Array | None:
         return slice(None)
     if name not in ("contact", "impact") or len(now.time) > len(before.time):
         return None
-    if name == "contact" and new.channels.slow.place > 0.0:  # points are whitened by the preceding ones
+    if name == "contact" and new.channels.flicker.place > 0.0:  # points are whitened by the preceding ones
         return None
     order = np.argsort(before.time, kind="stable")
     place = order[np.minimum(np.searchsorted(before.time, now.time, sorter=order), len(order) - 1)]

@@ -22,7 +22,8 @@ from gears3d.diagnosis.path_fit import (
     columns_of,
     effects_of,
 )
-from gears3d.diagnosis.zeros import GEARS, Phases, goes_by, one_size, order_of, reference, worth_of
+from gears3d.diagnosis.prediction import GEARS
+from gears3d.diagnosis.zeros import Phases, goes_by, one_size, order_of, reference, worth_of
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.candidates import Candidate

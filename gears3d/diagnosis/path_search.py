@@ -47,7 +47,7 @@ from gears3d.diagnosis.path_fit import (
     with_spread,
 )
 from gears3d.diagnosis.path_scores import SCORED, fewer, scores_of
-from gears3d.diagnosis.scatter import Scatter
+from gears3d.diagnosis.restitution_scatter import Scatter
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.effects import SensorEffect
 from gears3d.errors import InputError

@@ -15,11 +15,11 @@ import numpy as np
 
 from gears3d.diagnosis.candidates import SHOWS, Candidate
 from gears3d.diagnosis.cause import Cause, begin
-from gears3d.diagnosis.deviation import Gear, Side, over_tooth
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import GEARS, SIDES, Gear, Side, over_tooth
 from gears3d.diagnosis.rivals import EXCLUDED, Rival
 from gears3d.diagnosis.sentences import sure
-from gears3d.diagnosis.struck import GEARS, SIDES, outward
+from gears3d.diagnosis.struck import outward
 from gears3d.effects import catalogue
 from gears3d.units import show
 
@@ -182,7 +182,7 @@ def _of(one: Evidence, flank: int, number: int) -> tuple[Array, ...]:
 
     Errors are those of most corners: at a wrongly estimated flank, all deviate.
     """
-    seen = one.channels.corners
+    seen = one.channels.velocity_jumps
     mine = (seen.flank == flank) & np.isfinite(seen.off)
     off, sigma = seen.off[mine], seen.sigma[mine]
     off = off - np.median(off) if off.size else off

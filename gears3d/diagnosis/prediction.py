@@ -9,26 +9,46 @@ predictions. All values are in standard deviations of the data, and effects are 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import atan2, pi, sqrt
-from typing import Any
+from functools import lru_cache
+from math import atan2, cos, pi, sin, sqrt
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from gears3d.diagnosis.channels import Losses
-from gears3d.diagnosis.deviation import deviation, wave
-from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.falling import held_back
-from gears3d.diagnosis.followed import flown, followed_back, misread
-from gears3d.diagnosis.freed import free_contact, free_drive, free_flight, speed_of
-from gears3d.diagnosis.freed import without as without
-from gears3d.diagnosis.torque import torque
+from gears3d.diagnosis.evidence import (
+    Evidence,
+    drive_speed,
+    standardised_contact,
+    standardised_drive,
+    standardised_flight,
+)
+from gears3d.diagnosis.evidence import project_out as project_out
 from gears3d.effects import Code, Gate, Row
+from gears3d.gears import ToothDeviation, quasi_static
+from gears3d.measured.segmentation.parabolas import bend
+
+if TYPE_CHECKING:
+    from gears3d.gears import Pair
 
 Array = np.ndarray
 # Points of the two-point Gauss rule, in widths from the middle: every point of a channel is a mean over a width.
 GAUSS = 0.5 / sqrt(3.0)
 # Names of the channels, in the order of all stacked arrays.
 CHANNELS: tuple[str, ...] = ("flight", "contact", "impact", "loss", "drive")
+# Thickness, relative to the backlash, at which the gap of a tooth next to loaded teeth is computed, and the negative
+# thickness of a tooth that can no longer touch [m].
+THICK, THIN = 0.95, 1e-3
+# Gap of a tooth that never comes near [m].
+NEVER = 1.0
+# Thickness of a tooth with a negligible deviation [m].
+NEGLIGIBLE = 1e-6
+# Range of a tooth's influence to either side, in pitches, and number of points over it.
+REACH, INFLUENCE_POINTS = 2.25, 289
+Gear = Literal["drive", "loose"]
+Side = Literal["active", "reverse"]
+GEARS: tuple[Gear, Gear] = ("drive", "loose")
+SIDES: tuple[Side, Side] = ("active", "reverse")
 
 
 def residuals(one: Evidence) -> dict[str, Array]:
@@ -127,8 +147,8 @@ def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) ->
 
 def _flight_base(one: Evidence) -> Array:
     flights = one.channels.flights
-    return free_flight(
-        one, flights.loose + held_back(one, one.rig.drag_torque / one.rig.inertia * np.sign(one.fine[2]))
+    return standardised_flight(
+        one, flights.loose + angle_deficit(one, one.rig.drag_torque / one.rig.inertia * np.sign(one.fine[2]))
     )
 
 
@@ -138,16 +158,16 @@ def _flight_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     if not any(sensor.gear == "loose" for sensor in sensors) and not any(100 < row.code < 200 for row in rows):
         return path.ravel()
     if any(100 < row.code < 200 for row in rows):
-        path = path - held_back(one, torque(rows, speed, angle, time) / one.rig.inertia)
+        path = path - angle_deficit(one, torque(rows, speed, angle, time) / one.rig.inertia)
     if any(sensor.gear == "loose" for sensor in sensors):
         fast, seen = speed[:, :: max((speed.shape[1] - 1) // (path.shape[1] - 1), 1)], one.channels.flights
         width = (seen.time[:, -1:] - seen.time[:, :1]) / (path.shape[1] - 1)
         for side in (-1.0, 1.0):
             path = path + 0.5 * reading_error(sensors, "loose", seen.loose + side * GAUSS * width * fast, fast)
-    return free_flight(one, path)
+    return standardised_flight(one, path)
 
 
-def bend(one: Evidence) -> Array:
+def deceleration_response(one: Evidence) -> Array:
     """Return the response of flight points to a unit deceleration, without start angle and speed, (f, BINS).
 
     Args:
@@ -155,28 +175,28 @@ def bend(one: Evidence) -> Array:
     """
     time = one.channels.flights.time
     x = time - time.mean(axis=1, keepdims=True)
-    return free_flight(one, -0.5 * x * x).reshape(time.shape)
+    return standardised_flight(one, -0.5 * x * x).reshape(time.shape)
 
 
 def _contact_base(one: Evidence) -> Array:
     seen = one.channels.contacts
-    return free_contact(one, seen.place - seen.flank * one.rig.backlash)
+    return standardised_contact(one, seen.place - seen.flank * one.rig.backlash)
 
 
 def _contact_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     seen, (drive, loose) = one.channels.contacts, one.radii
     if not sensors and not any(200 < row.code < 300 for row in rows):
         return np.zeros_like(seen.place)
-    speed, place = speed_of(one, "contacts"), np.zeros_like(seen.place)
+    speed, place = drive_speed(one, "contacts"), np.zeros_like(seen.place)
     for side in (-1.0, 1.0):
         ahead = side * GAUSS * seen.width * speed
         first, second = seen.drive + ahead, seen.loose + ahead * drive / loose
-        known = one.kept.setdefault(("contact", side), {})
+        known = one.cache.setdefault(("contact", side), {})
         place = place + 0.5 * deviation(rows, one.pair, first, second, seen.flank, known)
         if sensors:
             place = place + 0.5 * loose * reading_error(sensors, "loose", second, speed * drive / loose, known)
             place = place - 0.5 * drive * reading_error(sensors, "drive", first, speed, known)
-    return free_contact(one, place)
+    return standardised_contact(one, place)
 
 
 def _impact_base(one: Evidence) -> Array:
@@ -204,7 +224,7 @@ def _loss_base(one: Evidence) -> Array:
     """Return the minimum gap rate of the back-extrapolated flight after a loss."""
     if not len(one.channels.losses.time):
         return np.zeros(0)
-    return (one.channels.losses.rate - followed_back(one, None)) / loss_sigma(one)
+    return (one.channels.losses.rate - back_extrapolated_rate(one, None)) / loss_sigma(one)
 
 
 def _loss_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
@@ -212,13 +232,13 @@ def _loss_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     seen = one.channels.losses
     rate = np.zeros_like(seen.time)
     if len(seen.time) and any(100 < row.code < 200 for row in rows):
-        rate = followed_back(one, rows) - _late(one, rows)
+        rate = back_extrapolated_rate(one, rows) - _late_loss(one, rows)
     if len(seen.time) and any(sensor.gear == "loose" for sensor in sensors):
-        rate = rate + misread(one, reading_error(sensors, "loose", *flown(one)))
+        rate = rate + misread_rate(one, reading_error(sensors, "loose", *loss_paths(one)))
     return rate / loss_sigma(one)
 
 
-def _late(one: Evidence, rows: list[Row]) -> Array:
+def _late_loss(one: Evidence, rows: list[Row]) -> Array:
     """Return the speed lost by torques that act in contact only: the active flank is left later, the reverse not."""
     seen, (drive, loose) = one.channels.losses, one.radii
     if not any(100 < row.code < 200 and row.gate != Gate.ALWAYS for row in rows):
@@ -229,14 +249,14 @@ def _late(one: Evidence, rows: list[Row]) -> Array:
         speed = one.motion.speed(time) * drive / loose
         more = torque(rows, speed, seen.loose, time, seen.flank) - torque(rows, speed, seen.loose, time)
         hold = np.maximum(np.where(seen.flank == 0, 1.0, -1.0) * more, 0.0) * loose / one.rig.inertia
-        late = _when(seen, hold)
+        late = _time_of_acceleration(seen, hold)
     g1, g2, g3 = seen.growth.T
     opened = late**2 * (g1 / 2.0 + late * (g2 / 3.0 + late * g3 / 4.0))
     held = late >= seen.span  # no contact loss within the known range
     return np.where(held, opened + (hold - late * (g1 + late * (g2 + late * g3))) * seen.span, opened)
 
 
-def _when(seen: Losses, hold: Array) -> Array:
+def _time_of_acceleration(seen: Losses, hold: Array) -> Array:
     """Return the time from the slowest opening of the gap until its acceleration reaches a value [s], (l,)."""
     low, high = np.zeros_like(hold), seen.span.copy()
     g1, g2, g3 = seen.growth.T
@@ -262,15 +282,15 @@ def _drive_base(one: Evidence) -> Array:
     if not len(seen.time):
         return np.zeros(0)
     angle = one.motion.mean * seen.time
-    shift = _began(one)
+    shift = _nominal_shift(one)
     for claim in claims:
         turn = 2.0 * pi * claim.frequency
         shrunk = np.sinc(claim.frequency * seen.width)
         angle = angle - shrunk * claim.amplitude / turn * np.cos(turn * (seen.time + shift) + claim.phase)
-    return free_drive(one, seen.angle - angle)
+    return standardised_drive(one, seen.angle - angle)
 
 
-def _began(one: Evidence) -> float:
+def _nominal_shift(one: Evidence) -> float:
     """Return the time shift of the nominal motion [s]."""
     if not len(one.motion.harmonics):
         return 0.0
@@ -285,7 +305,7 @@ def _drive_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     seen = one.drive
     if not len(seen.time) or (not sensors and not any(row.code == Code.MOTION_HARMONIC for row in rows)):
         return np.zeros_like(seen.angle)
-    speed = speed_of(one, "drive")
+    speed = drive_speed(one, "drive")
     ahead = GAUSS * seen.width * speed
     behind, before = (reading_error(sensors, "drive", seen.angle + side * ahead, speed) for side in (-1.0, 1.0))
     angle = 0.5 * (behind + before)
@@ -294,18 +314,313 @@ def _drive_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
             turn = 2.0 * pi * row.p[1]
             shrunk = np.sinc(row.p[1] * seen.width)
             angle = angle - shrunk * row.p[0] / turn * np.cos(turn * seen.time + row.p[2])
-    return free_drive(one, angle)
+    return standardised_drive(one, angle)
 
 
 _BASE = {
     "flight": _flight_base, "contact": _contact_base, "impact": _impact_base, "loss": _loss_base, "drive": _drive_base,
 }  # fmt: skip
+
 _ADDED = {
     "flight": _flight_added, "contact": _contact_added, "impact": _impact_added, "loss": _loss_added,
     "drive": _drive_added,
 }  # fmt: skip
+
 _SIGMA = {
     "flight": lambda one: one.channels.flights.sigma.ravel(), "contact": lambda one: one.channels.contacts.sigma,
     "impact": impact_sigma, "loss": loss_sigma,
     "drive": lambda one: np.full(len(one.drive.time), one.drive.sigma),
 }  # fmt: skip
+
+
+def double_integral(values: Array, step: Array) -> Array:
+    """Return the double integral of an acceleration from rest, with linear interpolation, (f, n).
+
+    values: (f, n); step: (f, 1).
+
+    >>> double_integral(np.full((1, 3), 2.0), np.ones((1, 1))).tolist()
+    [[0.0, 1.0, 4.0]]
+    """
+    rate, total = np.zeros_like(values), np.zeros_like(values)
+    rate[:, 1:] = np.cumsum(0.5 * (values[:, 1:] + values[:, :-1]) * step, axis=1)
+    total[:, 1:] = np.cumsum(rate[:, :-1] * step + step**2 * (values[:, :-1] / 3.0 + values[:, 1:] / 6.0), axis=1)
+    return total
+
+
+def angle_deficit(one: Evidence, slowing: Array) -> Array:
+    """Return the angle deficit of flights at their points by decelerations [rad], (f, BINS).
+
+    slowing: on the fine grid of flights, real or complex [rad/s²], (f, n).
+    """
+    if not len(one.at):
+        return np.zeros_like(one.at)
+    total = double_integral(slowing, flight_step(one))
+    below, part, each = grid_position(one)
+    return (1.0 - part) * total[each, below] + part * total[each, below + 1]
+
+
+def flight_step(one: Evidence) -> Array:
+    """Return the step of each flight's fine grid [s], (f, 1)."""
+    time = one.fine[0]
+    return (time[:, -1:] - time[:, :1]) / (time.shape[1] - 1)
+
+
+def grid_position(one: Evidence) -> tuple[Array, Array, Array]:
+    """Return the fine points before those of the flights, the fraction to the next one, and the flight of each."""
+    below = np.clip(one.at.astype(int), 0, one.fine[0].shape[1] - 2)
+    return below, one.at - below, np.arange(len(below))[:, None]
+
+
+# A torque that changes along a flight makes its path deviate from a parabola, and an error of the encoder does so to
+# its readings. The parabola through the readings of the flight is then wrong at contact loss, which precedes the first
+# of them: by a speed that looks like a late loss.
+
+
+def back_extrapolated_rate(one: Evidence, rows: Iterable[Row] | None) -> Array:
+    """Return the effect of torques in flight on the minimum gap rate of the parabola [m/s], (l,).
+
+    Parabolas with a deceleration that follows the speed fit no constant torque: then the drag of the rig counts, too;
+    ``None`` as rows stands for it.
+    """
+    seen, after = one.channels.losses, one.channels.losses.after
+    step, (angle, speed) = _loss_step(one), loss_paths(one)
+    drag = one.rig.drag_torque * np.sign(speed)
+    resists = drag if rows is None else torque(rows, speed, angle, seen.time[:, None] + after)
+    return _parabola_rate(one, double_integral(-resists / one.rig.inertia, step))
+
+
+def misread_rate(one: Evidence, wrong: Array) -> Array:
+    """Return the effect of reading errors along flights on the minimum gap rate [m/s], (l,).
+
+    Flanks are estimated from the same readings, and so have the reading error at contact loss.
+
+    wrong: added to the loose gear's readings at the times of its flights [rad], (l, n).
+    """
+    step = _loss_step(one)
+    rate = np.gradient(wrong, axis=1, edge_order=2)[:, 0] / step[:, 0]
+    seen = one.channels.losses
+    drawn = one.rig.base_radius_loose * np.where(seen.flank == 0, rate, -rate)
+    return _parabola_rate(one, wrong) - drawn
+
+
+def loss_paths(one: Evidence) -> tuple[Array, Array]:
+    """Return angle [rad] and speed [rad/s] of the loose gear along the flights that follow losses, each (l, n)."""
+    if "flown" not in one.cache:
+        seen = one.channels.losses
+        one.cache["flown"] = seen.loose[:, None] + seen.ahead, np.gradient(seen.ahead, axis=1) / _loss_step(one)
+    return one.cache["flown"]
+
+
+def _loss_step(one: Evidence) -> Array:
+    """Return the step of the times along flights [s], (l, 1)."""
+    after = one.channels.losses.after
+    return (after[:, -1:] - after[:, :1]) / (after.shape[1] - 1)
+
+
+def _parabola_rate(one: Evidence, path: Array) -> Array:
+    """Return the gap rate at the loss by the parabola through a path from the first reading on [m/s], (l,).
+
+    path: (l, n) [rad].
+    """
+    if "parabola" not in one.cache:
+        one.cache["parabola"] = _rate_weights(one)
+    off = np.einsum("lg,lg->l", one.cache["parabola"], path)
+    return one.rig.base_radius_loose * np.where(one.channels.losses.flank == 0, off, -off)
+
+
+def _rate_weights(one: Evidence) -> Array:
+    """Return the weights of points of a path in its rate at the loss by the fitted parabola [1/s], (l, n)."""
+    seen, after = one.channels.losses, one.channels.losses.after
+    middle = 0.5 * (seen.begun + after[:, -1])[:, None]
+    half = after[:, -1:] - middle
+    x, change = (after - middle) / half, seen.curved[:, None] * half
+    bent, rate = bend(x, change)
+    basis = np.stack([np.ones_like(x), x, bent], axis=-1) * (after >= seen.begun[:, None])[..., None]
+    wanted = np.stack([np.zeros_like(rate[:, 0]), np.ones_like(rate[:, 0]), rate[:, 0]], axis=-1) / half
+    numbers = np.linalg.solve(np.einsum("lga,lgb->lab", basis, basis), wanted[..., None])
+    return (basis @ numbers)[..., 0]
+
+
+def deviation(
+    rows: Iterable[Row],
+    pair: Pair,
+    drive: Array,
+    loose: Array,
+    flank: Array,
+    known: dict[Any, Any] | None = None,
+) -> Array:
+    """Return the displacement by effects of the loose gear on a flank [m].
+
+    An eccentric gear counts to first order in its offset, a single tooth by the contact of rolling gears
+    (:func:`influence`). The cache ``known`` holds the shapes at exactly these points.
+
+    drive: (n,) [rad]; loose: (n,) [rad]; flank: (n,).
+
+    >>> from gears3d.effects.rows import flank_harmonic
+    >>> from gears3d.gears import Gear, Pair
+    >>> gear = Gear(3.5e-3, 30)
+    >>> row = flank_harmonic(0, 1, 0, -2e-5, 0.0)
+    >>> deviation([row], Pair.from_backlash(gear, gear, 1e-4), np.zeros(2), np.zeros(2), np.array([0, 1])).tolist()
+    [0.0, 2e-05]
+    """
+    total = np.zeros_like(drive)
+    for row in rows:
+        p = row.p
+        if not 200 < row.code < 300:
+            continue
+        own = drive if p[0] == 0 else loose
+        if row.code == Code.FLANK_HARMONIC:
+            total = total + (p[3] if p[1] == 0 else -p[3]) * (flank == p[1]) * wave(p[0], p[2], p[4], own, known)
+        elif row.code == Code.FLANK_ECCENTRIC:
+            lean = np.where(flank == 0, 1.0, -1.0) * pair.working_pressure_angle
+            total = total + p[1] * (np.sin(own + p[2] + lean) if p[0] == 0 else -np.sin(own + p[2] - lean))
+        elif row.code == Code.FLANK_TOOTH:
+            total = total + _tooth_deviation(row, pair, own, flank, known)
+    return total
+
+
+def wave(gear: float, order: float, phase: float, angle: Array, known: dict[Any, Any] | None = None) -> Array:
+    """Return the cosine of an order of a gear's angle; the cache ``known`` is for exactly these points.
+
+    gear: 0 drive, 1 loose; phase: [rad]; angle: [rad], (n,).
+
+    >>> wave(0, 2, np.pi / 2.0, np.array([np.pi / 4.0]), {}).round(9).tolist()
+    [-1.0]
+    """
+    if known is None:
+        return np.cos(order * angle + phase)
+    if (key := ("wave", gear, order)) not in known:
+        known[key] = np.cos(order * angle), np.sin(order * angle)
+    cosine, sine = known[key]
+    return cos(phase) * cosine - sin(phase) * sine if phase else cosine
+
+
+def _tooth_deviation(row: Row, pair: Pair, own: Array, flank: Array, known: dict[Any, Any] | None) -> Array:
+    """Return the effect of a tooth on its flank, 0 on the other [m]."""
+    key = ("tooth", *row.p[:4])
+    if known is not None and key in known:
+        return known[key]
+    gear: Gear = "drive" if row.p[0] == 0 else "loose"
+    side: Side = "active" if row.p[1] == 0 else "reverse"
+    mine, shape = np.flatnonzero(flank == row.p[1]), np.zeros_like(own)
+    shape[mine] = over_tooth(pair, gear, row.p[2], side, row.p[3], own[mine])
+    if known is not None:
+        known[key] = shape
+    return shape
+
+
+def over_tooth(pair: Pair, gear: Gear, tooth: float, side: Side, thickness: float, own: Array) -> Array:
+    """Return the effect of a tooth on the displacement [m].
+
+    thickness: deviation [m]; own: angle of its gear [rad], (n,).
+    """
+    angle, moved = influence(pair, gear, side, thickness)
+    return np.interp(2.0 * pi * pitches_from(pair, gear, tooth, own), angle, moved, left=0.0, right=0.0)
+
+
+def pitches_from(pair: Pair, gear: Gear, tooth: float, own: Array) -> Array:
+    """Return the pitches from a tooth's place in mesh to the gear's angle, up to half a revolution to either side.
+
+    own: (n,) [rad].
+
+    >>> from gears3d.gears import Gear, Pair
+    >>> pair = Pair.from_backlash(Gear(3.5e-3, 30), Gear(3.5e-3, 30), 1e-4)
+    >>> pitches_from(pair, "drive", 2, np.array([0.0, 2.0 * pi / 30])).round(9).tolist()
+    [-1.0, 0.0]
+    """
+    teeth = pair.gear(gear).teeth
+    return (np.mod(own - (tooth - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi) * teeth / (2.0 * pi)
+
+
+def influence(pair: Pair, gear: Gear, side: Side, thickness: float) -> tuple[Array, Array]:
+    """Return the effect of a tooth on the displacement [m], over its gear's angle times its teeth.
+
+    Rigid gears touch at the pair of teeth with the largest centre distance. A tooth with a positive thickness deviation
+    is that pair wherever its nominal gap is less than the deviation, before and behind its place in mesh, too; with a
+    negative deviation the gears approach by the deviation, or to contact with the edges of the neighbouring teeth,
+    whichever is less.
+
+    thickness: deviation [m].
+    """
+    at, here, gap, depth = _single_tooth_gap(pair, gear, side)
+    sign = 1.0 if side == "active" else -1.0
+    if thickness > 0.0:
+        moved = sign * np.maximum(thickness - np.interp(at + _advance(pair, gear, sign * thickness), here, gap), 0.0)
+    else:
+        moved = -sign * np.minimum(-thickness, depth)
+    if gear == "drive":
+        return at, moved
+    behind = (pair.backlash if side == "reverse" else 0.0) + moved
+    return at + behind / pair.loose.base_radius * pair.loose.teeth, moved
+
+
+def _advance(pair: Pair, gear: Gear, thickness: float) -> float:
+    """Return the advance of a flank with a positive deviation on the drive, times its teeth [rad]."""
+    return thickness / pair.drive.base_radius * pair.drive.teeth if gear == "drive" else 0.0
+
+
+@lru_cache(maxsize=64)
+def _single_tooth_gap(pair: Pair, gear: Gear, side: Side) -> tuple[Array, Array, Array, Array]:
+    """Return the gap of one tooth next to loaded teeth over its own angle, and the approach without that tooth [m].
+
+    Angles are of the drive, times its teeth: first those of the approach, then those of the gap.
+    """
+    at = 2.0 * pi * np.linspace(-REACH, REACH, INFLUENCE_POINTS)
+    size, column = THICK * pair.backlash, 0 if side == "active" else 1
+    true = _imposed_displacement(pair)[column]
+    out = np.abs(_imposed_displacement(pair.with_deviations(ToothDeviation(gear, side, 1, size)))[column] - true)
+    thin = (ToothDeviation(gear, flank, 1, -THIN) for flank in ("active", "reverse"))
+    back = np.abs(_imposed_displacement(pair.with_deviations(*thin))[column] - true)
+    here = at + _advance(pair, gear, size if side == "active" else -size)
+    return at, here, np.where(out > 1e-3 * size, size - out, NEVER), np.where(back > 1e-12, back, 0.0)
+
+
+@lru_cache(maxsize=32)
+def _imposed_displacement(pair: Pair) -> tuple[Array, Array]:
+    """Return the displacement imposed by the active and the reverse flank about tooth 1 [m]."""
+    found = quasi_static(pair, 2.0 * pi * np.linspace(-REACH, REACH, INFLUENCE_POINTS) / pair.drive.teeth)
+    return found.phi_active, found.phi_reverse
+
+
+def torque(rows: Iterable[Row], speed: Array, angle: Array, time: Array, flank: Array | None = None) -> Array:
+    """Return the resisting torque of effects on a rotating loose gear [N·m].
+
+    speed: [rad/s]; angle: [rad]; time: [s]; flank: 0 active, 1 reverse, ``None`` in flight.
+
+    >>> from gears3d.effects.rows import torque_linear
+    >>> torque([torque_linear(2.0, 1.0)], np.array([3.0]), np.zeros(1), np.zeros(1)).tolist()
+    [4.0]
+    """
+    total = np.zeros_like(speed)
+    for row in rows:
+        if 100 < row.code < 200 and row.code != Code.TORQUE_FRICTION:
+            total = total + _gated(row.gate, flank) * _torque_value(row, speed, angle, time)
+    return total
+
+
+def _gated(gate: int, flank: Array | None) -> Array | float:
+    if gate == Gate.ALWAYS:
+        return 1.0
+    if flank is None:
+        return float(gate == Gate.FLIGHT)
+    if gate == Gate.FLIGHT:
+        return 0.0
+    return 1.0 if gate == Gate.CONTACT else np.where(flank == gate - Gate.ACTIVE, 1.0, 0.0)
+
+
+def _torque_value(row: Row, speed: Array, angle: Array, time: Array) -> Array:
+    p, dry = row.p, np.sign(speed)
+    if row.code == Code.TORQUE_CONSTANT:
+        return p[0] * dry
+    if row.code == Code.TORQUE_LINEAR:
+        return p[0] * (speed - p[1])
+    if row.code == Code.TORQUE_POWER:
+        return p[0] * np.abs(speed) ** p[1] * dry
+    if row.code == Code.TORQUE_HARMONIC:
+        return p[1] * np.cos(p[0] * angle + p[2])
+    if row.code == Code.TORQUE_RELAX:
+        return p[0] * -np.expm1(-time / p[1]) * dry
+    if row.code == Code.TORQUE_CARRIED:  # its spring has no torque of its own
+        return 0.0 * speed
+    points = np.array(row.table)
+    return np.interp((speed, angle, time)[int(p[0])], points[:, 0], points[:, 1])

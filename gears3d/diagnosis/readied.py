@@ -14,11 +14,10 @@ import numpy as np
 
 from gears3d.diagnosis.aligned import aligned
 from gears3d.diagnosis.cause import fit
-from gears3d.diagnosis.deviation import deviation
-from gears3d.diagnosis.evidence import Evidence, of_cut
+from gears3d.diagnosis.evidence import Evidence, Paths, of_cut
 from gears3d.diagnosis.library import ONE_SIDED
-from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.pockets import Pocket, as_cause, denied, may_be_on_both, on_both, pocket
+from gears3d.diagnosis.prediction import deviation
 from gears3d.diagnosis.search import Search, keeping, on_both_flanks
 from gears3d.diagnosis.sifting import off_teeth
 from gears3d.diagnosis.struck import struck

@@ -10,7 +10,7 @@ from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.neighbours import LAGS, alike
 from gears3d.diagnosis.placing import placed
-from gears3d.diagnosis.prediction import CHANNELS, bend, impact_sigma, parts_of
+from gears3d.diagnosis.prediction import CHANNELS, deceleration_response, impact_sigma, parts_of
 from gears3d.diagnosis.ringing import rung
 from gears3d.diagnosis.structure import FEWEST, PIECES, Structure, binned, held, level_of, parted, scanned
 from gears3d.diagnosis.waving import waved
@@ -81,7 +81,7 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
         flights = one.channels.flights
         if not len(flights.time):
             continue
-        shape = bend(one)
+        shape = deceleration_response(one)
         square = np.sum(shape**2, axis=1)
         slow.append(np.sum(shape * rest.reshape(-1, BINS), axis=1) / square)
         weight.append(np.sqrt(square))

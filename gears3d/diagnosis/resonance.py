@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.paths import Paths
+from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.simulated import simulated
 from gears3d.diagnosis.structure import Structure
 from gears3d.errors import EngineError, InputError

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.channels import BINS
-from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.freed import free_flight
+from gears3d.diagnosis.evidence import Evidence, standardised_flight
 from gears3d.diagnosis.structure import FEWEST, Structure, bounded, level_of, likelihood
 
 Array = np.ndarray
@@ -114,4 +113,4 @@ def _ringing(one: _Blows, turn: float, damping: float) -> Array:
         now = now * kept + jump
         state.append(now)
     wave = np.where(one.last < 0, 0j, np.array(state)[np.maximum(one.last, 0)])[:, None] * np.exp(pole * one.since)
-    return free_flight(one.heard, wave * np.sinc(turn * one.width / (2.0 * pi)))
+    return standardised_flight(one.heard, wave * np.sinc(turn * one.width / (2.0 * pi)))

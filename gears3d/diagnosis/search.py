@@ -14,7 +14,7 @@ from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.library import Library, Scored, library, price, score
 from gears3d.diagnosis.motions import lines
 from gears3d.diagnosis.prediction import CHANNELS, added, parts_of, residuals
-from gears3d.diagnosis.scatter import with_own_noise
+from gears3d.diagnosis.restitution_scatter import with_own_noise
 from gears3d.diagnosis.sifting import badly_cut, emptied, without_outliers, without_rolling, without_strays
 from gears3d.diagnosis.zeros import dear, goes_by
 

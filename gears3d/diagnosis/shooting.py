@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.coloured import roots_of
-from gears3d.diagnosis.deviation import deviation
-from gears3d.diagnosis.prediction import reading_error
+from gears3d.diagnosis.evidence import roots_of
+from gears3d.diagnosis.prediction import GEARS, deviation, reading_error
 from gears3d.diagnosis.shooting_kernels import BOUNCES, SETTLES, carried, follow, read, shoot, slowing
-from gears3d.diagnosis.zeros import GEARS
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.flanks import perfect
 from gears3d.measured.drive_motion import NEXT as MULTIPLES
@@ -396,7 +394,7 @@ class Windows:
             rows: normal forms.
             drive: angles [rad], (w, n).
             loose: angles on the active flank [rad], (w, n).
-            known: waves over the angles of each flank, for :func:`gears3d.diagnosis.deviation.deviation`.
+            known: waves over the angles of each flank, for :func:`gears3d.diagnosis.prediction.deviation`.
         """
         rows = [row for row in rows if 200 < row.code < 300]
         if not rows:

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from gears3d.diagnosis.channels import Flights
-from gears3d.diagnosis.deviation import REACH, pitches_from
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import bend, parts_of, residuals, without
-from gears3d.diagnosis.scatter import FEWEST
+from gears3d.diagnosis.prediction import REACH, deceleration_response, parts_of, pitches_from, project_out, residuals
+from gears3d.diagnosis.restitution_scatter import FEWEST
 
 Array = np.ndarray
 # Distance from the others of its flank, in median distances, beyond which a contact loss is excluded.
@@ -50,12 +49,12 @@ def _without_rolling(one: Evidence, rest: Array) -> Evidence:
     flights = one.channels.flights
     if len(flights.time) < FEWEST:
         return one
-    shape = bend(one)
+    shape = deceleration_response(one)
     square, rest = np.sum(shape**2, axis=1), rest.reshape(shape.shape)
     slow, sigma = np.sum(shape * rest, axis=1) / square, square**-0.5
     off = np.abs(slow - np.median(slow))
     usual = 1.4826 * float(np.median(off)) + UNLIKE / STRAY * one.rig.drag_torque / one.rig.inertia
-    bent = np.sqrt(np.mean(without(rest, (shape,)) ** 2, axis=1))
+    bent = np.sqrt(np.mean(project_out(rest, (shape,)) ** 2, axis=1))
     good = (off < STRAY * np.hypot(usual, sigma)) & (bent < STRAY * max(float(np.quantile(bent, USUAL)), 1.0))
     if np.all(good) or np.mean(~good) > MOST:
         return one
@@ -77,7 +76,7 @@ def emptied(one: Evidence) -> Evidence:
     sizes = {channel: len(getattr(seen, name).time) for name, channel in names.items()}
     left_out = {channel: seen.left_out.get(channel, 0) + size for channel, size in sizes.items()}
     gone: dict[str, Any] = {}
-    for name in (*names, "blows", "partings", "corners"):
+    for name in (*names, "censored_impacts", "contact_ends", "velocity_jumps"):
         points = getattr(seen, name)
         gone[name] = type(points)(*(column[:0] for column in points))
     kept = seen._replace(**gone, left_out=left_out)
@@ -90,7 +89,7 @@ def off_teeth(one: Evidence, teeth: Sequence[Any]) -> Evidence:
     Such a tooth makes the gear rebound between both flanks so fast that readings show one impact.
     """
     kept: dict[str, Any] = {}
-    for name in ("impacts", "blows"):
+    for name in ("impacts", "censored_impacts"):
         seen = getattr(one.channels, name)
         turned = [pitches_from(one.pair, each.gear, each.tooth, getattr(seen, each.gear)) for each in teeth]
         far = np.all(np.abs(turned) > REACH, axis=0)

@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.channels import Corners
-from gears3d.diagnosis.deviation import BENT, Gear, Side, over_tooth
+from gears3d.diagnosis.channels import VelocityJumps
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import GEARS, NEGLIGIBLE, SIDES, Gear, over_tooth
 from gears3d.effects import catalogue
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair
 
 Array = np.ndarray
-GEARS: tuple[Gear, ...] = ("drive", "loose")
-SIDES: tuple[Side, Side] = ("active", "reverse")
 # Probability, anywhere in the search, below which a number of corners off the flank on one tooth is significant.
 CHANCE = 1e-6
 # Minimum distance of a corner from its flank, in standard deviations.
@@ -71,17 +69,19 @@ class _Tooth(NamedTuple):
     out: bool
 
 
-def _seen(records: Sequence[Evidence]) -> Corners:
+def _seen(records: Sequence[Evidence]) -> VelocityJumps:
     """Return the corners of all records."""
-    return Corners(*(np.concatenate(column) for column in zip(*(one.channels.corners for one in records), strict=True)))
+    return VelocityJumps(
+        *(np.concatenate(column) for column in zip(*(one.channels.velocity_jumps for one in records), strict=True))
+    )
 
 
-def _on(seen: Corners, pair: Pair, which: tuple[Gear, int, int, bool]) -> tuple[Array, ...]:
+def _on(seen: VelocityJumps, pair: Pair, which: tuple[Gear, int, int, bool]) -> tuple[Array, ...]:
     """Return thicknesses by the corners on a tooth, whether these deviate, and which of all deviate and miss it."""
     gear, tooth, flank, out = which
     mine = (seen.flank == flank) & np.isfinite(seen.off)  # a flank without an estimate has no place
     own = (seen.drive if gear == "drive" else seen.loose)[mine]
-    shape = over_tooth(pair, gear, tooth, SIDES[flank], BENT if out else -BENT, own) / BENT
+    shape = over_tooth(pair, gear, tooth, SIDES[flank], NEGLIGIBLE if out else -NEGLIGIBLE, own) / NEGLIGIBLE
     whole = np.abs(shape) > WHOLE
     size, sigma = seen.off[mine][whole] / shape[whole], seen.sigma[mine]
     return size, size > OFF * sigma[whole], np.abs(seen.off[mine]) > OFF * sigma, shape == 0.0

@@ -17,8 +17,8 @@ from gears3d.diagnosis.windows import path_errors
 from gears3d.errors import EngineError, InputError
 
 if TYPE_CHECKING:
+    from gears3d.diagnosis.evidence import Paths
     from gears3d.diagnosis.path_search import Path
-    from gears3d.diagnosis.paths import Paths
     from gears3d.diagnosis.rivals import Rival
     from gears3d.diagnosis.search import Search
     from gears3d.diagnosis.structure import Structure

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.library import Library
+from gears3d.diagnosis.prediction import deviation
 from gears3d.diagnosis.zeros import SHOWS
 from gears3d.effects import catalogue
 

@@ -18,8 +18,8 @@ from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pockets import Pocket
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.remains import channel_of
+from gears3d.diagnosis.restitution_scatter import Scatter
 from gears3d.diagnosis.rivals import Rival
-from gears3d.diagnosis.scatter import Scatter
 from gears3d.diagnosis.search import ACCEPT, SMALLEST, Search
 from gears3d.diagnosis.sentences import along, alternative, evidence_for, refused, sure
 from gears3d.diagnosis.structure import Structure

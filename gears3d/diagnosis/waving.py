@@ -10,9 +10,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gears3d.diagnosis.channels import BINS
-from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.falling import between, fallen, held_back, step_of
-from gears3d.diagnosis.freed import back_flight, free_flight
+from gears3d.diagnosis.evidence import Evidence, standardised_flight, standardised_flight_transpose
+from gears3d.diagnosis.prediction import angle_deficit, double_integral, flight_step, grid_position
 from gears3d.diagnosis.structure import (
     FEWEST,
     LOWEST,
@@ -115,16 +114,16 @@ def paths_of(one: Evidence, slowing: Array) -> Array:
 
     slowing: (f, n) [rad/s²].
     """
-    return free_flight(one, held_back(one, slowing)).reshape(-1, BINS)
+    return standardised_flight(one, angle_deficit(one, slowing)).reshape(-1, BINS)
 
 
 def _backwards(one: Evidence, rest: Array) -> Array:
     """Return the transpose of ``paths_of``, points of flights to decelerations on the fine grid, (f, n)."""
-    value = back_flight(one, rest)
-    below, part, each = between(one)
+    value = standardised_flight_transpose(one, rest)
+    below, part, each = grid_position(one)
     spread = np.zeros_like(one.fine[0])
     np.add.at(spread, (each, below), (1.0 - part) * value)
     np.add.at(spread, (each, below + 1), part * value)
     count = spread.shape[1]
-    response = fallen(np.eye(count), np.ones((count, 1)))
-    return step_of(one) ** 2 * (spread @ response.T)
+    response = double_integral(np.eye(count), np.ones((count, 1)))
+    return flight_step(one) ** 2 * (spread @ response.T)

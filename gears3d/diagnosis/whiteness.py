@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.diagnosis.remains import channel_of
-from gears3d.diagnosis.scatter import Scatter, scatter
+from gears3d.diagnosis.restitution_scatter import Scatter, scatter
 from gears3d.diagnosis.search import ACCEPT, Search
 from gears3d.diagnosis.structure import Structure
 

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.named import table
-from gears3d.diagnosis.prediction import reading_error
+from gears3d.diagnosis.prediction import deviation, reading_error
 from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.zeros import moved, turn
 from gears3d.effects import Code, SensorEffect

@@ -18,10 +18,10 @@ from gears3d.diagnosis.candidates import Candidate
 from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.library import Library
+from gears3d.diagnosis.prediction import GEARS
 from gears3d.errors import Fault, InputError
 
 Array = np.ndarray
-GEARS = ("drive", "loose")
 # Gear whose angle matters for kinds that do not name it.
 OWN = {"drag_position": "loose", "backlash_variation": "drive"}
 # Largest false alarm probability of a cause with a phase.
@@ -60,8 +60,9 @@ def turn(one: Evidence, drive: float, loose: float) -> Evidence:
     if drive == 0.0 and loose == 0.0:
         return one
     seen, (time, angle, speed) = one.channels, one.fine
+    names = ("contacts", "impacts", "losses", "contact_ends", "velocity_jumps", "censored_impacts")
     both = {name: (own := getattr(seen, name))._replace(drive=own.drive + drive, loose=own.loose + loose)
-            for name in ("contacts", "impacts", "losses", "partings", "corners", "blows")}  # fmt: skip
+            for name in names}  # fmt: skip
     flights = seen.flights._replace(loose=seen.flights.loose + loose)
     moved = seen._replace(**both, flights=flights, drive=seen.drive._replace(angle=seen.drive.angle + drive))
     turned = one.turned[0] + drive, one.turned[1] + loose

@@ -5,9 +5,8 @@ import pytest
 
 from gears3d.diagnosis import Candidate, Search, begin, contribution, ready
 from gears3d.diagnosis.cause import fit
-from gears3d.diagnosis.deviation import influence
+from gears3d.diagnosis.prediction import SIDES, influence
 from gears3d.diagnosis.readied import whole_teeth
-from gears3d.diagnosis.struck import SIDES
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
@@ -65,7 +64,9 @@ def met(record, at, begin, end):
 def test_a_tooth_is_on_one_flank_only_where_the_other_is_touched(record, flank):
     other = 1 - SIDES.index(flank)
     begin, end = carries(record, other)
-    touched = met(record, places(record, other, "contacts", "impacts", "losses", "corners"), begin - 2.0, end + 2.0)
+    touched = met(
+        record, places(record, other, "contacts", "impacts", "losses", "velocity_jumps"), begin - 2.0, end + 2.0
+    )
     untouched = {*range(1, teeth_of(record) + 1)} - touched
     rested = met(record, places(record, other, "contacts"), begin, end)
     assert len(rested) > 3

@@ -44,7 +44,7 @@ def seen(offset=0.0, seed=1):
 
 def test_residuals_are_white_and_no_larger_than_one_under_slow_noise():
     for one in map(without_strays, seen()):
-        assert one.channels.slow.place > 0.0
+        assert one.channels.flicker.place > 0.0
         rest = residuals(one)
         for name in ("contact", "flight"):
             assert 0.4 < np.std(rest[name]) < 1.2, name

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.deviation import influence, over_tooth
+from gears3d.diagnosis.prediction import influence, over_tooth
 from gears3d.gears import Gear, Pair, ToothDeviation, quasi_static
 
 SPUR = Pair.from_backlash(Gear(3e-3, 31), Gear(3e-3, 53), 2e-4)

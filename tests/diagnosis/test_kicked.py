@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import Partings
-from gears3d.diagnosis.deviation import BENT, influence
+from gears3d.diagnosis import ContactEnds
 from gears3d.diagnosis.kicked import thrown
+from gears3d.diagnosis.prediction import NEGLIGIBLE, influence
 from gears3d.gears import Gear, Pair
 
 PAIR = Pair.from_backlash(Gear(3e-3, 31), Gear(3e-3, 53), 2e-4)
@@ -21,14 +21,14 @@ def _records(random, gear="loose", tooth=None, count=3, flank=0):
         loose, flanks = drive * 31 / 53 + random.normal(0.0, 1e-3, 60), random.integers(0, 2, 60)
         if tooth is not None:
             teeth = PAIR.gear(gear).teeth
-            at, moved = influence(PAIR, gear, ("active", "reverse")[flank], BENT)
-            begins = at[np.argmax(np.abs(moved) > 0.02 * BENT)] / teeth
+            at, moved = influence(PAIR, gear, ("active", "reverse")[flank], NEGLIGIBLE)
+            begins = at[np.argmax(np.abs(moved) > 0.02 * NEGLIGIBLE)] / teeth
             turns = 2.0 * np.pi * random.integers(0, 40, 20) + (tooth - 1) * 2.0 * np.pi / teeth + begins
             other = turns * (53 / 31 if gear == "loose" else 31 / 53)
             ends = (turns, other) if gear == "drive" else (other, turns)
             drive, loose = np.r_[drive, ends[0]], np.r_[loose, ends[1]]
             flanks = np.r_[flanks, np.full(20, flank)]
-        channels = SimpleNamespace(partings=Partings(drive, loose, flanks))
+        channels = SimpleNamespace(contact_ends=ContactEnds(drive, loose, flanks))
         made.append(SimpleNamespace(pair=PAIR, channels=channels))
     return made
 
@@ -50,9 +50,9 @@ def test_an_order_that_throws_at_several_places_is_no_tooth(order):
     random = np.random.default_rng(order)
     made = _records(random)
     for one in made:
-        ends = one.channels.partings
+        ends = one.channels.contact_ends
         crest = 2.0 * np.pi * (random.integers(0, 40 * order, 120) / order) + 0.3 + random.normal(0.0, 0.02, 120)
-        one.channels.partings = Partings(np.append(ends.drive, crest), np.append(ends.loose, crest * 31 / 53),
+        one.channels.contact_ends = ContactEnds(np.append(ends.drive, crest), np.append(ends.loose, crest * 31 / 53),
                                          np.append(ends.flank, np.zeros(120, int)))  # fmt: skip
     assert thrown(made, ()) == []
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import added, loss_sigma, ready, residuals
-from gears3d.diagnosis.evidence import evidence
-from gears3d.diagnosis.paths import _read_in_time
+from gears3d.diagnosis.evidence import _without_delay, evidence
 from gears3d.diagnosis.readied import delay_of
 from gears3d.diagnosis.sifting import off_teeth, without_rolling, without_strays
 from gears3d.effects import catalogue
@@ -89,7 +88,7 @@ def test_a_gear_that_is_read_late_is_read_in_time(delay):
     time = np.arange(4000) * 2e-5
     drive = 5.0 * time + 0.01 * np.sin(30.0 * time)
     late = 3.0 * (time - delay) + 0.02 * np.sin(50.0 * (time - delay))
-    made = _read_in_time(Recording({"time_s": time, "theta_drive_rad": drive, "theta_loose_rad": late}), delay)
+    made = _without_delay(Recording({"time_s": time, "theta_drive_rad": drive, "theta_loose_rad": late}), delay)
     rows = round(delay / 2e-5) * 2e-5
     then = made.time - (delay - rows)  # of which both gears are told
     assert made.signals["theta_loose_rad"] == pytest.approx(3.0 * then + 0.02 * np.sin(50.0 * then), abs=1e-12)
@@ -127,7 +126,7 @@ def test_blows_where_a_single_tooth_is_in_mesh_are_left_out():
         catalogue()["pitch_error"](offset=2e-5, tooth=9, gear="loose"),
     ]
     kept = off_teeth(seen, teeth)
-    for name in ("impacts", "blows"):
+    for name in ("impacts", "censored_impacts"):
         before, after = getattr(seen.channels, name), getattr(kept.channels, name)
         near = np.zeros(len(before.time), bool)
         for gear, number in (("drive", 4), ("loose", 9)):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.paths import Paths
+from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.readied import ready
 from gears3d.diagnosis.simulated import simulated
 from gears3d.diagnosis.verdict import Named

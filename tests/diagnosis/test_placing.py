@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import BINS, without
-from gears3d.diagnosis.coloured import Slow
-from gears3d.diagnosis.evidence import _fine
+from gears3d.diagnosis import BINS, project_out
+from gears3d.diagnosis.channels import FlickerNoise
+from gears3d.diagnosis.evidence import _fine_grid
 from gears3d.diagnosis.placing import placed, pulled
 
 SPEEDS = (9.0, 14.0, 23.0)
@@ -32,15 +32,15 @@ def _record(random, speed, pull):
     bent = path[:, at] + SIGMA * random.normal(size=time.shape)
     loose = (RADII[0] * speed * time - GAP * place[:, at]) / RADII[1]
     flights = SimpleNamespace(time=time, loose=loose + bent, sigma=np.full(time.shape, SIGMA))
-    fine, where = _fine(SimpleNamespace(flights=flights))
+    fine, where = _fine_grid(SimpleNamespace(flights=flights))
     whole = np.linspace(0.0, 13.0, 4000)
     blows = np.array([0.0, 0.0, GAP, GAP])
     impacts = SimpleNamespace(flank=np.array([0, 0, 1, 1]), drive=np.zeros(4), loose=-blows / RADII[1])
     drive = SimpleNamespace(time=whole, angle=speed * whole)
-    channels = SimpleNamespace(flights=flights, impacts=impacts, drive=drive, slow=Slow())
+    channels = SimpleNamespace(flights=flights, impacts=impacts, drive=drive, flicker=FlickerNoise())
     x = time - time.mean(axis=1, keepdims=True)
-    rest = without(bent / SIGMA, (np.ones_like(x), x)).ravel()
-    return SimpleNamespace(channels=channels, fine=fine, at=where, kept={}, radii=RADII), rest
+    rest = project_out(bent / SIGMA, (np.ones_like(x), x)).ravel()
+    return SimpleNamespace(channels=channels, fine=fine, at=where, cache={}, radii=RADII), rest
 
 
 def flights_under(seed, pull, speeds=SPEEDS):

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import Corners
-from gears3d.diagnosis.deviation import over_tooth
+from gears3d.diagnosis import VelocityJumps
 from gears3d.diagnosis.pockets import LEAST, _teeth, on_both, pocket
+from gears3d.diagnosis.prediction import over_tooth
 from gears3d.effects import catalogue
 from gears3d.gears import Gear, Pair, ToothDeviation, quasi_static
 
@@ -31,8 +31,8 @@ def _records(random, gear="drive", tooth=1, flank=1, thickness=0.0, count=3, rou
         phi = np.where(side_of == 1, found.phi_reverse, found.phi_active)
         loose = (theta * nominal.drive.base_radius + phi + nominal.backlash * side_of) / nominal.loose.base_radius
         off = phi * (1.0 - rounded * random.uniform(0.0, 1.0, len(phi))) + random.normal(0.0, NOISE, len(phi))
-        corners = Corners(theta, loose, side_of, off, np.full(len(theta), NOISE))
-        made.append(SimpleNamespace(pair=nominal, rig=RIG, channels=SimpleNamespace(corners=corners)))
+        corners = VelocityJumps(theta, loose, side_of, off, np.full(len(theta), NOISE))
+        made.append(SimpleNamespace(pair=nominal, rig=RIG, channels=SimpleNamespace(velocity_jumps=corners)))
     return made
 
 
@@ -74,17 +74,17 @@ def test_corners_cut_wrongly_here_and_there_tell_no_tooth():
         records = _records(random)
         for one in records:
             far = random.integers(0, 540, 12)
-            one.channels.corners.off[far] += random.uniform(-6e-5, 6e-5, 12)
+            one.channels.velocity_jumps.off[far] += random.uniform(-6e-5, 6e-5, 12)
         assert pocket(records) is None
 
 
 def _without(records, gear, tooth, flank):
     """Records of which no corner lies where a tooth carries alone."""
     for one in records:
-        seen = one.channels.corners
+        seen = one.channels.velocity_jumps
         own = seen.drive if gear == "drive" else seen.loose
         keep = over_tooth(PAIR, gear, tooth, ("active", "reverse")[flank], -1.0, own) == 0.0
-        one.channels.corners = Corners(*(column[keep] for column in seen))
+        one.channels.velocity_jumps = VelocityJumps(*(column[keep] for column in seen))
     return records
 
 
@@ -101,7 +101,7 @@ def test_records_whose_flank_was_drawn_wrongly_tell_no_tooth():
     others, wrong = _without(_records(random), "loose", 2, 1), _records(random, "loose", 2, 1, -2e-5, count=2)
     assert pocket([*others, *wrong]) is not None
     for one in wrong:
-        seen = one.channels.corners
+        seen = one.channels.velocity_jumps
         far = (seen.flank == 1) & (over_tooth(PAIR, "loose", 2, "reverse", -1.0, seen.loose) == 0.0)
         seen.off[far] += random.uniform(-5e-5, 5e-5, np.count_nonzero(far))
     assert pocket([*others, *wrong]) is None
@@ -111,7 +111,7 @@ def test_teeth_that_all_stand_back_are_no_single_one():
     random = np.random.default_rng(3)
     records = _records(random)
     for one in records:
-        one.channels.corners.off[:] += 1e-5 * np.cos(3.0 * one.channels.corners.drive)
+        one.channels.velocity_jumps.off[:] += 1e-5 * np.cos(3.0 * one.channels.velocity_jumps.drive)
     assert pocket(records) is None
 
 

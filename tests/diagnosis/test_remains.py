@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import BINS, without
+from gears3d.diagnosis import BINS, project_out
 from gears3d.diagnosis.amiss import amiss
-from gears3d.diagnosis.coloured import Slow
+from gears3d.diagnosis.channels import FlickerNoise
 from gears3d.diagnosis.ringing import rung
 from gears3d.diagnosis.structure import binned, parted, scanned
 from tests.diagnosis.blind_tables import rate
@@ -81,14 +81,16 @@ def test_what_rings_after_blows_is_told_with_its_frequency_and_noise_rings_not(d
     free = (1.0 / sigma, x / sigma)
     impacts = SimpleNamespace(time=struck, velocity=speed, rebound=-0.4 * speed)
     flights = SimpleNamespace(time=time, sigma=sigma)
-    record = SimpleNamespace(channels=SimpleNamespace(impacts=impacts, flights=flights, slow=Slow()), kept={})
+    record = SimpleNamespace(
+        channels=SimpleNamespace(impacts=impacts, flights=flights, flicker=FlickerNoise()), cache={}
+    )
     noise = random.normal(size=time.shape)
     sure = np.ones(len(time))
-    (found,) = rung([record] * 2, [without(ring / sigma + noise, free).ravel()] * 2, sure)
+    (found,) = rung([record] * 2, [project_out(ring / sigma + noise, free).ravel()] * 2, sure)
     assert found.chance < 1e-12
     assert found.where == pytest.approx(87.0, rel=0.01)
-    assert not list(rung([record], [without(ring / sigma + noise, free).ravel()], sure))
-    (found,) = rung([record] * 2, [without(noise, free).ravel()] * 2, sure)
+    assert not list(rung([record], [project_out(ring / sigma + noise, free).ravel()], sure))
+    (found,) = rung([record] * 2, [project_out(noise, free).ravel()] * 2, sure)
     assert found.chance > 1e-4
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Search, uncut
-from gears3d.diagnosis.blows import Blows
+from gears3d.diagnosis.channels import CensoredImpacts
 from gears3d.diagnosis.neighbours import alike
-from gears3d.diagnosis.scatter import Rebounds, rebounds, scatter, with_own_noise, working
+from gears3d.diagnosis.restitution_scatter import Rebounds, rebounds, scatter, with_own_noise, working
 from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.verification.challenge import plan
 from tests.diagnosis.test_gap_laws import hidden, judged
@@ -30,10 +30,10 @@ def record(seed, deviation=DEVIATION, worse=1.0, lowest=E):
     rebound = e * speed + worse * sigma * random.normal(size=BLOWS)
     seen = rebound > cut
     time, flank = np.arange(BLOWS) * 0.1, np.arange(BLOWS) // 2 % 2
-    blows = Blows(time, time, time, flank, speed, np.full(BLOWS, 1e-9), np.where(seen, rebound, np.nan),
+    blows = CensoredImpacts(time, time, time, flank, speed, np.full(BLOWS, 1e-9), np.where(seen, rebound, np.nan),
                   np.where(seen, sigma, 0.0), np.full(BLOWS, cut))  # fmt: skip
     one = uncut(RIG)
-    return replace(one, channels=one.channels._replace(blows=blows))
+    return replace(one, channels=one.channels._replace(censored_impacts=blows))
 
 
 def test_scatter_is_told_though_weak_rebounds_are_overlooked():

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import Corners
-from gears3d.diagnosis.deviation import BENT, influence
+from gears3d.diagnosis import VelocityJumps
+from gears3d.diagnosis.prediction import NEGLIGIBLE, influence
 from gears3d.diagnosis.struck import struck
 from gears3d.gears import Gear, Pair
 
@@ -26,9 +26,9 @@ def _at(which, drive, loose):
     """What a tooth of unit size does there."""
     gear, tooth, flank, out = which
     teeth, own = PAIR.gear(gear).teeth, drive if gear == "drive" else loose
-    angle, moved = influence(PAIR, gear, ("active", "reverse")[flank], BENT if out else -BENT)
+    angle, moved = influence(PAIR, gear, ("active", "reverse")[flank], NEGLIGIBLE if out else -NEGLIGIBLE)
     since = np.mod(own * teeth - 2.0 * np.pi * (tooth - 1) + np.pi * teeth, 2.0 * np.pi * teeth) - np.pi * teeth
-    return np.interp(since, angle, moved / BENT, left=0.0, right=0.0)
+    return np.interp(since, angle, moved / NEGLIGIBLE, left=0.0, right=0.0)
 
 
 def _records(random, which=None, size=6e-5, count=3, sizes=None):
@@ -46,8 +46,8 @@ def _records(random, which=None, size=6e-5, count=3, sizes=None):
             on = flank == which[2]
             own = size if sizes is None else random.uniform(*sizes, np.count_nonzero(on))
             off[on] += own * _at(which, drive[on], loose[on])
-        corners = Corners(drive, loose, flank, off, np.full(len(drive), NOISE))
-        made.append(SimpleNamespace(pair=PAIR, channels=SimpleNamespace(corners=corners)))
+        corners = VelocityJumps(drive, loose, flank, off, np.full(len(drive), NOISE))
+        made.append(SimpleNamespace(pair=PAIR, channels=SimpleNamespace(velocity_jumps=corners)))
     return made
 
 

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import BINS, without
-from gears3d.diagnosis.coloured import Slow
-from gears3d.diagnosis.evidence import _fine
+from gears3d.diagnosis import BINS, project_out
+from gears3d.diagnosis.channels import FlickerNoise
+from gears3d.diagnosis.evidence import _fine_grid
 from gears3d.diagnosis.waving import waved
 from tests.diagnosis.blind_tables import rate
 
@@ -24,10 +24,12 @@ def _record(random, speed, size, order, lasts=(0.02, 0.12), begins=None, count=F
     phase = random.uniform(0.0, 2.0 * np.pi)
     path = size / (order * speed) ** 2 * np.cos(order * speed * time + phase) + SIGMA * random.normal(size=time.shape)
     flights = SimpleNamespace(time=time, loose=speed * time + path, sigma=np.full(time.shape, SIGMA))
-    fine, at = _fine(SimpleNamespace(flights=flights))
+    fine, at = _fine_grid(SimpleNamespace(flights=flights))
     x = time - time.mean(axis=1, keepdims=True)
-    rest = without(path / SIGMA, (np.ones_like(x), x)).ravel()
-    return SimpleNamespace(channels=SimpleNamespace(flights=flights, slow=Slow()), fine=fine, at=at, kept={}), rest
+    rest = project_out(path / SIGMA, (np.ones_like(x), x)).ravel()
+    return SimpleNamespace(
+        channels=SimpleNamespace(flights=flights, flicker=FlickerNoise()), fine=fine, at=at, cache={}
+    ), rest
 
 
 def _found(random, size=0.0, order=5.43, locked=(0.0, 0.0, 0.0), highest=40, **about):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis import bend, impact_sigma, in_units, loss_sigma, pulled
+from gears3d.diagnosis import deceleration_response, impact_sigma, in_units, loss_sigma, pulled
 from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
@@ -222,7 +222,7 @@ def _flights(one: Evidence, rest: Array) -> tuple[list[Array], int]:
     size = one.channels.flights.time.size
     if not size:
         return [np.zeros(0)] * 7, 0
-    shape = bend(one)
+    shape = deceleration_response(one)
     square = np.sum(shape**2, axis=1)
     slow = np.sum(shape * rest[:size].reshape(-1, BINS), axis=1) / square
     time, angle, speed = (values.mean(axis=1) for values in one.fine)

@@ -14,27 +14,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
-from gears3d.diagnosis.blows import Blows
-from gears3d.diagnosis.channels import Impacts
+from gears3d.diagnosis.channels import CensoredImpacts, Impacts
 from gears3d.diagnosis.evidence import Evidence
 
 Array = np.ndarray
 # Minimum number of rebounds.
 FEWEST = 20
 # Fraction of outlying impacts: wrongly segmented, or merged.
-STRAY = 0.003
+OUTLYING = 0.003
 # Maximum fraction of missed rebounds above the detection limit of a record, and its prior mean.
-MISSED, USUAL = 0.9, 0.1
+MISSED, USUALLY_MISSED = 0.9, 0.1
 # Initial logits of that fraction: 2 % and half of ``MISSED``.
-OVERLOOKED = (-4.0, 0.0)
+MISSED_STARTS = (-4.0, 0.0)
 # Standard deviation of the logarithm of the factor on stated errors.
-TRUST = 0.3
+ERROR_FACTOR = 0.3
 # Chi-square gain above which a scatter of restitution is accepted.
 SURE = 30.0
 # Fraction of the rebounds that are weak.
-WEAK = 0.25
+WEAKER = 0.25
 # Information of an impact without rebound, relative to one with rebound, below which it is skipped.
-TELLS = 0.01
+INFORMATIVE = 0.01
 
 
 class Rebounds(NamedTuple):
@@ -84,7 +83,7 @@ def rebounds(records: Sequence[Evidence]) -> Rebounds:
     """Return the impacts of records in coefficients of restitution."""
     rows = []
     for k, one in enumerate(records):
-        seen = one.channels.blows
+        seen = one.channels.censored_impacts
         slack = np.where(seen.seen, seen.rebound_sigma, _weakest(seen))
         error = np.hypot(slack, one.rig.restitution * seen.velocity_sigma) / seen.velocity
         side = np.where(seen.flank == 0, 1.0, -1.0)
@@ -93,19 +92,19 @@ def rebounds(records: Sequence[Evidence]) -> Rebounds:
     return Rebounds(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
 
-def _weakest(seen: Blows) -> float:
+def _weakest(seen: CensoredImpacts) -> float:
     """Return the standard deviation of the weaker detected rebounds, as an estimate for the undetected ones."""
-    known = seen.seen & (seen.rebound <= np.nanquantile(seen.rebound, WEAK)) if np.any(seen.seen) else seen.seen
+    known = seen.seen & (seen.rebound <= np.nanquantile(seen.rebound, WEAKER)) if np.any(seen.seen) else seen.seen
     return float(np.median(seen.rebound_sigma[known])) if np.any(known) else 0.0
 
 
-def means(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Array:
+def mean_restitution(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Array:
     """Return the coefficient of each impact by the rig and effects, (b,)."""
     from gears3d.diagnosis.prediction import restitution
 
     effects, found = list(effects), []
     for one in records:
-        seen, own = one.channels.blows, [*one.scenario.effects, *effects]
+        seen, own = one.channels.censored_impacts, [*one.scenario.effects, *effects]
         rows = [row for effect in own for row in effect.rows(one.rig)]
         found.append(restitution(rows, one.rig.restitution, seen.velocity, seen.flank))
     return np.concatenate(found)
@@ -119,14 +118,14 @@ def scatter(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Scatter
     every = rebounds(records)
     if np.sum(every.seen) < FEWEST:
         return None
-    cost = _cost(every, means(records, effects), np.zeros((len(every.speed), 0)))
-    plain, found = _likeliest(every, cost, np.zeros(0))
+    cost = _cost(every, mean_restitution(records, effects), np.zeros((len(every.speed), 0)))
+    plain, found = _most_likely(every, cost, np.zeros(0))
     value = abs(float(found.x[1]))
     step = max(0.05 * value, 1e-4)
     profile = [cost(np.array([found.x[0], value + k * step, *found.x[2:]])) for k in (-1.0, 0.0, 1.0)]
     bend = (profile[0] - 2.0 * profile[1] + profile[2]) / step**2
     sigma = float(np.sqrt(2.0 / bend)) if bend > 0.0 else np.inf
-    return Scatter(value, sigma, float(plain.fun - found.fun), _worse(found.x[0]), _missed(found.x[2]))
+    return Scatter(value, sigma, float(plain.fun - found.fun), _error_factor(found.x[0]), _missed_fraction(found.x[2]))
 
 
 def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
@@ -144,15 +143,15 @@ def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
         return list(records)
     middle = float(np.median(every.speed[every.seen]))
     columns = np.column_stack([np.ones_like(every.speed), every.speed / middle - 1.0, 0.5 * every.side])
-    base = means(records)
+    base = mean_restitution(records)
     cost = _cost(every, base, columns)
     begin = np.linalg.lstsq(columns[every.seen], (every.ratio - base)[every.seen], rcond=None)[0]
-    plain, found = _likeliest(every, cost, begin)
+    plain, found = _most_likely(every, cost, begin)
     if plain.fun - found.fun < SURE:
         return list(records)
     mean = base + columns @ found.x[3:]
-    made, sigma = working(every, mean, float(found.x[1]), _worse(found.x[0]), _missed(found.x[2]))
-    return [_with(one, made[every.record == k], sigma[every.record == k]) for k, one in enumerate(records)]
+    made, sigma = working(every, mean, float(found.x[1]), _error_factor(found.x[0]), _missed_fraction(found.x[2]))
+    return [_with_impacts(one, made[every.record == k], sigma[every.record == k]) for k, one in enumerate(records)]
 
 
 def working(
@@ -181,11 +180,11 @@ def working(
     return made, np.where(every.seen, spread, spread / np.sqrt(bend))
 
 
-def _with(one: Evidence, made: Array, sigma: Array) -> Evidence:
+def _with_impacts(one: Evidence, made: Array, sigma: Array) -> Evidence:
     """Return a record with its impacts, except those without information."""
-    seen = one.channels.blows
+    seen = one.channels.censored_impacts
     least = float(np.median(sigma[seen.seen])) if np.any(seen.seen) else 0.0
-    kept = seen.seen | (sigma < least / np.sqrt(TELLS))
+    kept = seen.seen | (sigma < least / np.sqrt(INFORMATIVE))
     sign = np.where(seen.flank == 0, -1.0, 1.0)
     none = np.zeros_like(sigma)
     impacts = Impacts(seen.time, seen.drive, seen.loose, seen.flank, sign * seen.velocity, none,
@@ -193,14 +192,14 @@ def _with(one: Evidence, made: Array, sigma: Array) -> Evidence:
     return replace(one, channels=one.channels._replace(impacts=Impacts(*(column[kept] for column in impacts))))
 
 
-def _worse(log: float) -> float:
+def _error_factor(log: float) -> float:
     """Return the factor on the stated errors, at least 1: stated errors are not attributed to scatter."""
     return float(np.exp(max(log, 0.0)))
 
 
-def _missed(logit: float) -> float:
+def _missed_fraction(logit: float) -> float:
     """Return the fraction of missed rebounds above the detection limit."""
-    return STRAY + (MISSED - STRAY) / (1.0 + float(np.exp(-np.clip(logit, -50.0, 50.0))))
+    return OUTLYING + (MISSED - OUTLYING) / (1.0 + float(np.exp(-np.clip(logit, -50.0, 50.0))))
 
 
 def _cost(every: Rebounds, base: Array, columns: Array) -> Callable[[Array], float]:
@@ -208,22 +207,24 @@ def _cost(every: Rebounds, base: Array, columns: Array) -> Callable[[Array], flo
     seen = every.seen
 
     def cost(numbers: Array) -> float:
-        mean, missed = base + columns @ numbers[3:], _missed(numbers[2])
-        spread = np.hypot(_worse(numbers[0]) * every.error, numbers[1])
+        mean, missed = base + columns @ numbers[3:], _missed_fraction(numbers[2])
+        spread = np.hypot(_error_factor(numbers[0]) * every.error, numbers[1])
         spread = np.maximum(spread, 1e-9)
         normal = -0.5 * np.square((every.ratio[seen] - mean[seen]) / spread[seen]) - np.log(
             np.sqrt(2.0 * np.pi) * spread[seen]
         )
-        shown = np.logaddexp(normal + np.log1p(-STRAY), np.log(STRAY)) + np.log1p(-missed)
+        shown = np.logaddexp(normal + np.log1p(-OUTLYING), np.log(OUTLYING)) + np.log1p(-missed)
         below = log_ndtr((every.cut[~seen] - mean[~seen]) / spread[~seen])
         hidden = np.logaddexp(below + np.log1p(-missed), np.log(missed))
         likely = float(np.sum(shown) + np.sum(hidden))
-        return -2.0 * likely + (numbers[0] / TRUST) ** 2 + 2.0 * missed / USUAL + (numbers[2] / 10.0) ** 2
+        return (
+            -2.0 * likely + (numbers[0] / ERROR_FACTOR) ** 2 + 2.0 * missed / USUALLY_MISSED + (numbers[2] / 10.0) ** 2
+        )
 
     return cost
 
 
-def _likeliest(every: Rebounds, cost: Callable[[Array], float], begin: Array) -> tuple[Any, Any]:
+def _most_likely(every: Rebounds, cost: Callable[[Array], float], begin: Array) -> tuple[Any, Any]:
     """Return the maximum-likelihood noise alone, and noise and scatter together, each with additions to the mean."""
     from scipy.optimize import minimize
 
@@ -237,6 +238,6 @@ def _likeliest(every: Rebounds, cost: Callable[[Array], float], begin: Array) ->
         best = min(tried, key=lambda each: each.fun)
         return minimize(function, best.x, method="Nelder-Mead", options=options) if len(begin) else best
 
-    plain = least(lambda x: cost(np.concatenate([x[:1], [0.0], x[1:]])), [[0.5, logit] for logit in OVERLOOKED])
-    few, many = OVERLOOKED[0], float(plain.x[1])
+    plain = least(lambda x: cost(np.concatenate([x[:1], [0.0], x[1:]])), [[0.5, logit] for logit in MISSED_STARTS])
+    few, many = MISSED_STARTS[0], float(plain.x[1])
     return plain, least(cost, [[0.0, wide, few], [0.2, 0.3 * usual, few], [0.2, 0.3 * usual, many]])
