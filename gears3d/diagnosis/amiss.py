@@ -10,7 +10,7 @@ import numpy as np
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.prediction import parts_of, rms_of
 from gears3d.diagnosis.remains import farthest
-from gears3d.diagnosis.search import MOST, next_cause
+from gears3d.diagnosis.search import MOST_CAUSES, next_cause
 from gears3d.diagnosis.structure import Structure
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ ASKED = ("flight", "contact", "drive")
 
 def unspent(found: Search) -> list[Structure]:
     """Return the remaining candidate where a search ended at the maximum number of causes and would accept one more."""
-    if len(found.fit.causes) < MOST or (one := next_cause(found)) is None:
+    if len(found.fit.causes) < MOST_CAUSES or (one := next_cause(found)) is None:
         return []
     name = one.candidate.channels[0]
     off = _off(found.records, found.fit.rest, name)

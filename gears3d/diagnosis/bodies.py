@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, contribution, fit
+from gears3d.diagnosis.cause import Cause, contribution, fit, table
+from gears3d.diagnosis.datums import in_mesh
 from gears3d.diagnosis.evidence import standardised_contact, standardised_flight
 from gears3d.diagnosis.heldout import Split, parts_of, worth
-from gears3d.diagnosis.named import table
 from gears3d.diagnosis.prediction import CHANNELS, added, impact_sigma, reading_error, residuals
 from gears3d.diagnosis.verdict import heldout
-from gears3d.diagnosis.zeros import in_mesh
 from gears3d.effects import Code, SensorEffect
 from gears3d.errors import GearsError
 

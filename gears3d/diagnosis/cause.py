@@ -1,8 +1,9 @@
-"""A cause with its numbers, and the joint fit of several causes."""
+"""A cause with its numbers, the joint fit of several causes, and a cause in the words and units of a scenario."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,18 +12,24 @@ from gears3d.diagnosis.candidates import FREE, Candidate
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, added
 from gears3d.errors import InputError
+from gears3d.identify import Parameter
+from gears3d.units import FAMILIES, show
 
 Array = np.ndarray
 # Step of a number in units, for slopes.
-STEP = 1e-3
+SLOPE_STEP = 1e-3
 # Dampings of a step, tried in turn until chi-square falls.
-DAMPED = (0.0, 0.01, 1.0)
+DAMPINGS = (0.0, 0.01, 1.0)
 # The same with a drag of the mesh among the causes: its response is quadratic, so distant steps overshoot.
-SQUARED = (*DAMPED, 10.0, 100.0)
+QUADRATIC_DAMPINGS = (*DAMPINGS, 10.0, 100.0)
 # Largest step of a number in a round, in units.
-FARTHEST = 3.0
+LARGEST_STEP = 3.0
 # Fall of chi-square in a round below which the fit ends.
-ENOUGH = 0.01
+CONVERGED = 0.01
+# Digits of numbers without an interval in a scenario.
+DIGITS = 8
+# Digits of those with an interval.
+FEWEST_DIGITS, MOST_DIGITS = 3, 12
 
 
 class Cause(NamedTuple):
@@ -114,12 +121,12 @@ def fit(records: Sequence[Evidence], base: Array, causes: Sequence[Cause], round
     base: (n,).
     """
     causes = tuple(causes)
-    parts = [_part(records, cause) for cause in causes]
+    parts = [_contribution(records, cause) for cause in causes]
     rest = base - sum(parts, np.zeros_like(base))
     units = np.concatenate([np.zeros(0), *(cause.units for cause in causes)])
     normal = np.zeros((len(units), len(units)))
     pivot = max(float(np.mean([one.radii[0] / one.radii[1] * abs(one.motion.mean) for one in records])), 1e-9)
-    dampings = SQUARED if any(cause.candidate.kind == "mesh_drag" for cause in causes) else DAMPED
+    dampings = QUADRATIC_DAMPINGS if any(cause.candidate.kind == "mesh_drag" for cause in causes) else DAMPINGS
     for _ in range(rounds if len(units) else 0):
         slopes = np.column_stack([column for k, c in enumerate(causes) for column in slopes_of(records, c, parts[k])])
         normal, right = slopes.T @ slopes, slopes.T @ rest
@@ -127,32 +134,32 @@ def fit(records: Sequence[Evidence], base: Array, causes: Sequence[Cause], round
         for damping in dampings:
             move = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal)), right, rcond=1e-12)[0]
             try:
-                trial = moved(causes, np.clip(move, -FARTHEST, FARTHEST) * units, pivot)
-                tried = [_part(records, cause) for cause in trial]
+                trial = moved(causes, np.clip(move, -LARGEST_STEP, LARGEST_STEP) * units, pivot)
+                tried = [_contribution(records, cause) for cause in trial]
             except InputError:  # beyond the bounds of a parameter
                 continue
             left = base - sum(tried)
             if (after := float(left @ left)) < before:
-                causes, parts, rest, done = trial, tried, left, before - after < ENOUGH
+                causes, parts, rest, done = trial, tried, left, before - after < CONVERGED
                 break
         if done:
             break
     return Fit(causes, float(rest @ rest), np.linalg.pinv(normal) * np.outer(units, units), rest)
 
 
-def _part(records: Sequence[Evidence], cause: Cause) -> Array:
+def _contribution(records: Sequence[Evidence], cause: Cause) -> Array:
     effect = cause.effect
     return contribution(records, [effect] if effect is not None else [])
 
 
 def slopes_of(records: Sequence[Evidence], cause: Cause, part: Array | None = None) -> list[Array]:
     """Return the derivatives of the predictions with respect to each number of a cause, per unit, each (n,)."""
-    part = _part(records, cause) if part is None else part
+    part = _contribution(records, cause) if part is None else part
     found = []
     for k, unit in enumerate(cause.units):
         numbers = cause.numbers.copy()
-        numbers[k] += STEP * unit
-        found.append((_part(records, cause._replace(numbers=numbers)) - part) / STEP)
+        numbers[k] += SLOPE_STEP * unit
+        found.append((_contribution(records, cause._replace(numbers=numbers)) - part) / SLOPE_STEP)
     return found
 
 
@@ -169,18 +176,20 @@ def moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]
     for cause in causes:
         step = by[at : at + len(cause.numbers)]
         at += len(step)
-        numbers = _within(cause, cause.numbers + step)
+        numbers = _within_bounds(cause, cause.numbers + step)
         if cause.candidate.kind == "drag_power" and cause.free:
             before, after = np.exp(cause.numbers[1]), np.exp(numbers[1])
             numbers[0] += cause.numbers[0] * np.log(pivot) * before * step[1]
             numbers[0] *= pivot ** (before - after)
         if cause.candidate.kind == "drag_differential" and cause.free and numbers[0] != 0.0:
-            numbers = _within(cause, np.array([numbers[0], cause.numbers[1] + step[1] * cause.numbers[0] / numbers[0]]))
+            numbers = _within_bounds(
+                cause, np.array([numbers[0], cause.numbers[1] + step[1] * cause.numbers[0] / numbers[0]])
+            )
         made.append(cause._replace(numbers=numbers))
     return tuple(made)
 
 
-def _within(cause: Cause, numbers: Array) -> Array:
+def _within_bounds(cause: Cause, numbers: Array) -> Array:
     """Return numbers with those of the shape clipped to their bounds."""
     bends = [FREE[cause.candidate.kind][name] for name in cause.free]
     kept = numbers.copy()
@@ -188,3 +197,89 @@ def _within(cause: Cause, numbers: Array) -> Array:
         ends = (np.log(bend.low), np.log(bend.high)) if bend.log else (bend.low, bend.high)
         kept[k] = np.clip(numbers[k], *ends)
     return kept
+
+
+def parameters(cause: Cause, covariance: Array) -> dict[str, Parameter]:
+    """Return the free parameters of a cause with 95 % intervals.
+
+    covariance: (p, p) [SI].
+    """
+    effect: Any = cause.effect
+    found, sizes = {}, 2 if cause.candidate.phased else 1
+    numbers, units = cause.numbers, _units(effect)
+    name = cause.candidate.size
+    if cause.candidate.phased:
+        size = float(np.hypot(*numbers[:2]))
+        toward = numbers[:2] / max(size, 1e-300)
+        across = np.array([-toward[1], toward[0]])
+        own = covariance[:2, :2]
+        found[name] = _parameter(size, float(np.sqrt(toward @ own @ toward)), units[name])
+        turn = float(np.sqrt(across @ own @ across)) / max(size, 1e-300)
+        found["phase"] = _parameter(float(effect.phase), turn, units["phase"])
+    else:
+        found[name] = _parameter(float(numbers[0]), float(np.sqrt(covariance[0, 0])), units[name])
+    for k, free in enumerate(cause.free, start=sizes):
+        sigma = float(np.sqrt(covariance[k, k]))
+        value = float(getattr(effect, free))
+        log = FREE[cause.candidate.kind][free].log
+        found[free] = _parameter(value, sigma * abs(value) if log else sigma, units[free])
+    return found
+
+
+def _parameter(value: float, sigma: float, unit: str) -> Parameter:
+    return Parameter(value, unit, value - 1.96 * sigma, value + 1.96 * sigma)
+
+
+def _units(effect: Any) -> dict[str, str]:
+    """Return the SI unit of each parameter of an effect."""
+    return {name: FAMILIES[param.family].si if param.family in FAMILIES else ""
+            for name, param in effect.params.items()}  # fmt: skip
+
+
+def table(effect: Any, numbers: Mapping[str, Parameter] | None = None, digits: int = DIGITS) -> dict[str, Any]:
+    """Return an effect as its table under ``[[effect]]`` of a scenario, numbers rounded by their intervals.
+
+    >>> from gears3d.effects import catalogue
+    >>> table(catalogue()["transmission_error"](amplitude=2e-5, order=3))
+    {'kind': 'transmission_error', 'amplitude': '20 um', 'order': 3, 'phase': '0 deg', 'gear': 'drive', 'flank': 'both'}
+    >>> table(catalogue()["restitution_offset"](offset=0.1 / 3.0), {"offset": Parameter(0.1 / 3.0, "", 0.03, 0.036)})
+    {'kind': 'restitution_offset', 'offset': 0.0333}
+    """
+    written: dict[str, Any] = {"kind": effect.kind}
+    defaults = {one.name: one.default for one in fields(effect) if one.default is not MISSING}
+    for name, param in effect.params.items():
+        value = getattr(effect, name)
+        if name in defaults and value == defaults[name] and name in ("frequency", "order") and value == 0.0:
+            continue
+        worth = significant_digits(numbers[name]) if numbers is not None and name in numbers else digits
+        if param.family in ("choice", "count", "ratio"):
+            written[name] = float(f"{value:.{worth}g}") if isinstance(value, float) else value
+        else:
+            written[name] = show(value, getattr(effect, f"{name}_family", param.family), worth)
+    return written
+
+
+def significant_digits(number: Parameter) -> int:
+    """Return the significant digits of a number: rounding changes it by at most 5 % of its 95 % interval.
+
+    >>> significant_digits(Parameter(41.69612, "", 41.69533, 41.69691))
+    7
+    >>> significant_digits(Parameter(1.0, "", 0.2, 1.8))
+    3
+    """
+    half = 0.5 * (number.high - number.low)
+    if not (number.value and half > 0.0 and np.isfinite(half)):
+        return FEWEST_DIGITS
+    return int(
+        np.clip(np.floor(np.log10(abs(number.value))) - np.floor(np.log10(0.1 * half)) + 1, FEWEST_DIGITS, MOST_DIGITS)
+    )
+
+
+def significance(gain: float) -> str:
+    """Return a fall of chi-square as standard deviations, limited to 1000.
+
+    >>> significance(144.0), significance(1e10)
+    ('12 sigma', 'over 1000 sigma')
+    """
+    far = float(np.sqrt(max(gain, 0.0)))
+    return f"{far:.3g} sigma" if far < 1000.0 else "over 1000 sigma"

@@ -22,8 +22,7 @@ from gears3d.diagnosis.quantisation import of_counts, shared
 from gears3d.diagnosis.readied import along_another, delay_of, ready, searched, with_one_flank
 from gears3d.diagnosis.remains import structures
 from gears3d.diagnosis.resonance import Resonance, resonance
-from gears3d.diagnosis.rivals import Rival, rivals
-from gears3d.diagnosis.search import Search, blind, keeping
+from gears3d.diagnosis.search import Rival, Search, blind, keeping, rivals
 from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.suspicion import part, predicted, unproven
 from gears3d.diagnosis.verdict import (

@@ -13,16 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, fit
+from gears3d.diagnosis.cause import Cause, fit, table
 from gears3d.diagnosis.evidence import Evidence, evidence
-from gears3d.diagnosis.named import table
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals
 from gears3d.errors import GearsError
 from gears3d.units import show
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.rivals import Rival
-    from gears3d.diagnosis.search import Search
+    from gears3d.diagnosis.search import Rival, Search
     from gears3d.scenario import Scenario
 
 Array = np.ndarray

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gears3d.diagnosis.named import worth_of
+from gears3d.diagnosis.cause import significant_digits
 from gears3d.units import show
 
 if TYPE_CHECKING:
@@ -47,6 +47,6 @@ def intervals(cause: Named) -> list[str]:
     """Return the 95 % intervals of a cause's numbers in the form of a scenario."""
     told = []
     for name, one in cause.parameters.items():
-        family, digits = cause.effect.params[name].family, worth_of(one)
+        family, digits = cause.effect.params[name].family, significant_digits(one)
         told.append(f"{name} {show(one.low, family, digits)} to {show(one.high, family, digits)}")
     return told

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.cause import table
+from gears3d.diagnosis.datums import goes_by, turn
 from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.gaplaw import yields
-from gears3d.diagnosis.named import table
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     STEP,
@@ -26,7 +27,6 @@ from gears3d.diagnosis.prediction import GEARS
 from gears3d.diagnosis.readied import delay_of, ready
 from gears3d.diagnosis.search import given
 from gears3d.diagnosis.shooting import MOST, Windows, shootable
-from gears3d.diagnosis.zeros import goes_by, turn
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import Admitted, examine
 from gears3d.measured.readers import Channels

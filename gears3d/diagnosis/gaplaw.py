@@ -14,7 +14,7 @@ from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.contactlaw import OWN, Held, hold
 from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.heldout import Split
-from gears3d.diagnosis.rivals import EXCLUDED
+from gears3d.diagnosis.search import EXCLUDED
 from gears3d.diagnosis.visits import Visits, some, visits
 from gears3d.effects import Code, Rig, catalogue
 from gears3d.errors import InputError

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.zeros import gear_of
+from gears3d.diagnosis.datums import gear_of
 from gears3d.units import show
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause, moved
+from gears3d.diagnosis.datums import goes_by, order_of, reference
 from gears3d.diagnosis.prediction import GEARS
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
-from gears3d.diagnosis.zeros import goes_by, order_of, reference
 from gears3d.errors import InputError
 
 Array = np.ndarray

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import begin
+from gears3d.diagnosis.datums import Phases, goes_by, one_size, order_of, reference, worth_of
 from gears3d.diagnosis.path_fit import (
     ACCEPT,
     LARGEST,
@@ -23,7 +24,6 @@ from gears3d.diagnosis.path_fit import (
     effects_of,
 )
 from gears3d.diagnosis.prediction import GEARS
-from gears3d.diagnosis.zeros import Phases, goes_by, one_size, order_of, reference, worth_of
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.candidates import Candidate

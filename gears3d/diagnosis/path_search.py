@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import FREE
+from gears3d.diagnosis.candidates import FREE, price
 from gears3d.diagnosis.cause import Cause, begin
-from gears3d.diagnosis.library import price
 from gears3d.diagnosis.path_fit import (
     ACCEPT,
     ACCOUNTS,

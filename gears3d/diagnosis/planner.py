@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.cause import parameters, table
 from gears3d.diagnosis.foreseen import (
     Encoder,
     Look,
@@ -29,7 +30,6 @@ from gears3d.diagnosis.foreseen import (
     simulated,
     spread_of,
 )  # fmt: skip
-from gears3d.diagnosis.named import parameters, table
 from gears3d.diagnosis.path_fit import EXCLUDED, SOFT
 from gears3d.diagnosis.shooting import MOST
 from gears3d.diagnosis.simulated import sensor_of

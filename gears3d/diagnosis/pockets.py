@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.candidates import SHOWS, Candidate
-from gears3d.diagnosis.cause import Cause, begin
+from gears3d.diagnosis.cause import Cause, begin, significance
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import GEARS, SIDES, Gear, Side, over_tooth
-from gears3d.diagnosis.rivals import EXCLUDED, Rival
-from gears3d.diagnosis.sentences import sure
+from gears3d.diagnosis.search import EXCLUDED, Rival
 from gears3d.diagnosis.struck import outward
 from gears3d.effects import catalogue
 from gears3d.units import show
@@ -93,7 +92,7 @@ def pocket(records: Sequence[Evidence]) -> Pocket | None:
     why = (
         f"{best.corners} impacts on the {best.side} flank at this tooth, and at no other of its gear, lie behind the"
         f" flank: negative tooth deviation of at least {show(best.depth, 'length', 3)}; total significance"
-        f" {sure(best.gain)}"
+        f" {significance(best.gain)}"
     )
     return Pocket(_effect(best), best.gain, why, others)
 

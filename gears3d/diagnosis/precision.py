@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause, contribution, slopes_of
+from gears3d.diagnosis.datums import has_original_datum, slopes_of_datums
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, residuals
-from gears3d.diagnosis.zeros import kept, slopes_of_zeros
 
 Array = np.ndarray
 # Number of stretches of a record for block estimates, each with as many points of every channel.
@@ -79,7 +79,7 @@ def covariance(records: Sequence[Evidence], causes: Sequence[Cause]) -> Array:
 
 def _zeros(one: Evidence, effects: Sequence[object], own: Array) -> Array:
     """Return the response of a record to its angular datums, orthonormal, (0 to 2, n)."""
-    moves = slopes_of_zeros(one, effects, own, [gear for gear in one.unmarked if not kept(one, gear)])
+    moves = slopes_of_datums(one, effects, own, [gear for gear in one.unmarked if not has_original_datum(one, gear)])
     if not np.any(moves):
         return np.zeros((0, len(own)))
     left, size, _ = np.linalg.svd(np.column_stack(moves), full_matrices=False)

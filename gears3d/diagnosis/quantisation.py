@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.diagnosis.candidates import ACCEPT
 from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.grounds import Note
 from gears3d.diagnosis.prediction import CHANNELS, parts_of
 from gears3d.diagnosis.remains import channel_of, farthest
-from gears3d.diagnosis.search import ACCEPT
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.cause import Cause

@@ -12,16 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.diagnosis.aligned import aligned
+from gears3d.diagnosis.candidates import ONE_SIDED
 from gears3d.diagnosis.cause import fit
+from gears3d.diagnosis.datums import turn
 from gears3d.diagnosis.evidence import Evidence, Paths, of_cut
-from gears3d.diagnosis.library import ONE_SIDED
 from gears3d.diagnosis.pockets import Pocket, as_cause, denied, may_be_on_both, on_both, pocket
 from gears3d.diagnosis.prediction import deviation
-from gears3d.diagnosis.search import Search, keeping, on_both_flanks
-from gears3d.diagnosis.sifting import off_teeth
-from gears3d.diagnosis.struck import struck
-from gears3d.diagnosis.zeros import turn
+from gears3d.diagnosis.search import Search, aligned_search, keeping, on_both_flanks
+from gears3d.diagnosis.struck import struck, without_teeth
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
 from gears3d.measured.segmentation import alike, segments_of
@@ -149,10 +147,10 @@ def searched(
     known: tuple[Any, ...] = ()
     tell("searching for causes", 0.6)
     came, delay = {one.file: one for one in admitted}, delay_of(admitted)
-    records, found = aligned(records, highest)
+    records, found = aligned_search(records, highest)
     if delay == 0.0 and (late := _delay_in(found)):
         tell("repeating the segmentation without encoder delay", 0.62)
-        timely = aligned([_cut_anew(came[one.name], one, late, (), paths) for one in records], highest)
+        timely = aligned_search([_cut_anew(came[one.name], one, late, (), paths) for one in records], highest)
         if _delay_in(timely[1]):
             delay, (records, found) = late, timely
     deep, before = None if struck(records) else pocket(records), (records, found)
@@ -165,7 +163,7 @@ def searched(
         tell("repeating the segmentation with single tooth deviations", 0.65)
         records = [_cut_anew(came[one.name], one, delay, known, paths) for one in records]
         tell("searching for causes", 0.7)
-        records, found = aligned(
+        records, found = aligned_search(
             records, highest, [as_cause(one, records[0].rig.backlash) for one in known if deep is None]
         )
     named = _places(single_teeth(found)) | _places(single_teeth(before[1]))
@@ -214,7 +212,7 @@ def _cut_anew(one: Admitted, before: Evidence, delay: float, teeth: Sequence[Any
     """Return a record re-segmented with possible single teeth, without impacts there; unchanged if that fails."""
     try:
         made = ready(one, delay, teeth, paths, before.turned)
-        return off_teeth(made, teeth) if teeth else made
+        return without_teeth(made, teeth) if teeth else made
     except InputError:
         return before
 

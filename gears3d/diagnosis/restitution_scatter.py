@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
+from gears3d.diagnosis.candidates import ACCEPT
 from gears3d.diagnosis.channels import CensoredImpacts, Impacts
 from gears3d.diagnosis.evidence import Evidence
 
@@ -28,8 +29,6 @@ MISSED, USUALLY_MISSED = 0.9, 0.1
 MISSED_STARTS = (-4.0, 0.0)
 # Standard deviation of the logarithm of the factor on stated errors.
 ERROR_FACTOR = 0.3
-# Chi-square gain above which a scatter of restitution is accepted.
-SURE = 30.0
 # Fraction of the rebounds that are weak.
 WEAKER = 0.25
 # Information of an impact without rebound, relative to one with rebound, below which it is skipped.
@@ -147,7 +146,7 @@ def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
     cost = _cost(every, base, columns)
     begin = np.linalg.lstsq(columns[every.seen], (every.ratio - base)[every.seen], rcond=None)[0]
     plain, found = _most_likely(every, cost, begin)
-    if plain.fun - found.fun < SURE:
+    if plain.fun - found.fun < ACCEPT:
         return list(records)
     mean = base + columns @ found.x[3:]
     made, sigma = working(every, mean, float(found.x[1]), _error_factor(found.x[0]), _missed_fraction(found.x[2]))

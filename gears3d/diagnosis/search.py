@@ -1,40 +1,72 @@
-"""Stepwise selection of the causes that explain the channels."""
+"""Stepwise selection of the causes that explain the channels, and competing hypotheses.
+
+Points that segmentation assigned to a wrong flank or moment are excluded before. Where angular datums are unknown,
+records are aligned, searched, and aligned again by the causes found.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from math import pi
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import FREE, Candidate, candidates
+from gears3d.diagnosis.candidates import (
+    ACCEPT,
+    FREE,
+    Candidate,
+    Regressors,
+    Scored,
+    candidates,
+    drive_lines,
+    price,
+    regressors_of,
+    score,
+)
 from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit, slopes_of
+from gears3d.diagnosis.channels import Flights
+from gears3d.diagnosis.datums import (
+    Phases,
+    datum_shifts,
+    exceeds_uncertainty,
+    free_phases,
+    goes_by,
+    order_of,
+    parameter_penalty,
+    reference,
+    settled,
+    single_tooth,
+    turn,
+)
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.library import Library, Scored, library, price, score
-from gears3d.diagnosis.motions import lines
-from gears3d.diagnosis.prediction import CHANNELS, added, parts_of, residuals
-from gears3d.diagnosis.restitution_scatter import with_own_noise
-from gears3d.diagnosis.sifting import badly_cut, emptied, without_outliers, without_rolling, without_strays
-from gears3d.diagnosis.zeros import dear, goes_by
+from gears3d.diagnosis.prediction import (
+    CHANNELS,
+    GEARS,
+    added,
+    deceleration_response,
+    parts_of,
+    project_out,
+    residuals,
+)
+from gears3d.diagnosis.restitution_scatter import FEWEST, with_own_noise
 
 Array = np.ndarray
-# Threshold Δχ² of a cause: false alarm probability 0.03 % over a thousand candidates of two numbers.
-ACCEPT = 30.0
 # Size in units of its channel below which a cause is ignored: errors of segmentation have this size.
 SMALLEST = 0.01
 # Size in units above which a cause is rejected: it compensates another. The drive's motion is measured as such, and may
 # be of any size.
 LARGEST = 3.0
 # Ratio to the median contact error of a record above which one does not agree with the others.
-APART = 5.0
+INCONSISTENT = 5.0
 # Residuals from the strongest cause, in standard deviations, beyond which points of contact and impacts are excluded,
 # in turn.
 FAR = (100.0, 30.0, 12.0, 7.0)
 # Expected chi-square gain of a cause in a record above which its absence there counts.
-OWN = 10.0
+EXPECTED_GAIN = 10.0
 # Maximum number of causes.
-MOST = 5
+MOST_CAUSES = 5
 # Torques with a fitted shape: another of the kind would only compensate the residual of the first.
 ONCE = ("drag_power", "drag_drift", "drag_differential")
 # Chi-square that a parameter must gain against a competing hypothesis with fewer parameters.
@@ -42,7 +74,26 @@ PRICE = 8.0
 # Number of candidates that are fitted in each round.
 TRIED = 12
 # Minimum gain, relative to the best, of a candidate that is fitted.
-NEAR = 0.2
+FITTED_GAIN = 0.2
+SINGLE_TOOTH = "pitch_error"
+# Chi-square threshold of a single tooth, beyond that of its free places, to fix the angular datums.
+TOOTH_GAIN = 60.0
+# Maximum number of joint fits of datums and causes, and the change of chi-square that ends them.
+JOINT_FITS, ENOUGH = 2, 1.0
+# Maximum number of rounds of alignment and search.
+ALIGNMENTS = 3
+# Distance from the others of its flank, in median distances, beyond which a contact loss is excluded.
+STRAY = 6.0
+# Difference from the other flights of a record, relative to the drag's deceleration, that is always accepted.
+ACCEPTED_SPREAD = 0.5
+# Fraction of a record's flights that defines the usual deviation from a parabola.
+USUAL_SHAPE = 0.9
+# Maximum fraction of excluded points of a channel of a record: errors of segmentation are fewer.
+MOST_EXCLUDED = 0.2
+# Chi-square difference that excludes a hypothesis, scaled by the level of the best fit if that is above one.
+EXCLUDED = 16.0
+# Number of hypotheses of other kinds that are fitted for each cause.
+FITTED_RIVALS = 6
 
 
 class Search(NamedTuple):
@@ -59,7 +110,7 @@ class Search(NamedTuple):
     fit: Fit
     base: Array
     left: list[Scored]
-    known: Library
+    known: Regressors
     records: list[Evidence]
 
 
@@ -78,9 +129,9 @@ def search(records: Sequence[Evidence], highest: int = 40, first: Sequence[Cause
         if (better := without_outliers(records, _held(records, now), far)) is not None:
             records = better
             now = fit(records, _base(records), now.causes)
-    bad = ~_agreeing(records, now) & [badly_cut(one) for one in records]
-    records = [emptied(one) if worse else one for one, worse in zip(records, bad, strict=True)]
-    return _search(records, highest, MOST, first, strongest.known)
+    bad = ~_agreeing(records, now) & [badly_segmented(one) for one in records]
+    records = [reject_record(one) if worse else one for one, worse in zip(records, bad, strict=True)]
+    return _search(records, highest, MOST_CAUSES, first, strongest.known)
 
 
 def given(records: Sequence[Evidence], causes: Sequence[Cause], kinds: Sequence[str]) -> Search:
@@ -92,7 +143,7 @@ def given(records: Sequence[Evidence], causes: Sequence[Cause], kinds: Sequence[
         records = without_outliers(records, rest, far) or records
     asked = [one for one in _candidates(records, 0) if one.kind in kinds]
     base = _base(records)
-    return Search(fit(records, base, causes), base, [], library(records, asked), list(records))
+    return Search(fit(records, base, causes), base, [], regressors_of(records, asked), list(records))
 
 
 def in_own_channels(found: Search, kinds: Sequence[str]) -> list[Cause]:
@@ -100,10 +151,10 @@ def in_own_channels(found: Search, kinds: Sequence[str]) -> list[Cause]:
     asked = [one for one in found.known.candidates if one.kind in kinds]
     if not asked:
         return []
-    known = found.known if len(asked) == len(found.known.candidates) else library(found.records, asked)
+    known = found.known if len(asked) == len(found.known.candidates) else regressors_of(found.records, asked)
     none: dict[str, float] = dict.fromkeys(("drive", "loose", ""), 0.0)
     now = begun = found.fit
-    while len(now.causes) < len(begun.causes) + MOST:
+    while len(now.causes) < len(begun.causes) + MOST_CAUSES:
         able = _able(score(known, now.rest, directions(found.records, now)), none, now.causes)
         if not able:
             break
@@ -125,7 +176,7 @@ def _agreeing(records: Sequence[Evidence], now: Fit) -> Array:
     """Return whether the contact residuals of each record are as small as those of most others, (r,)."""
     own = parts_of(records, now.rest)["contact"]
     errors = np.array([np.sqrt(np.mean(part**2)) if part.size else 0.0 for part in own])
-    return errors <= APART * max(float(np.median(errors)), 1.0)
+    return errors <= INCONSISTENT * max(float(np.median(errors)), 1.0)
 
 
 def _base(records: Sequence[Evidence]) -> Array:
@@ -134,22 +185,22 @@ def _base(records: Sequence[Evidence]) -> Array:
     return np.concatenate([one[name] for name in CHANNELS for one in told])
 
 
-def known_of(records: Sequence[Evidence], highest: int, before: Library | None = None) -> tuple[Array, Library]:
+def known_of(records: Sequence[Evidence], highest: int, before: Regressors | None = None) -> tuple[Array, Regressors]:
     """Return the residuals of the rig as it is, stacked, (n,), and the candidates for them."""
-    return _base(records), library(records, _candidates(records, highest), before)
+    return _base(records), regressors_of(records, _candidates(records, highest), before)
 
 
 def _candidates(records: Sequence[Evidence], highest: int) -> list[Candidate]:
     duration = max(float(one.channels.drive.time[-1] - one.channels.drive.time[0]) for one in records)
     rig = replace(records[0].rig, mean_speed=float(np.mean([abs(one.motion.mean) for one in records])))
-    return candidates(rig, duration, highest, *lines(records))
+    return candidates(rig, duration, highest, *drive_lines(records))
 
 
 def _search(
-    records: Sequence[Evidence], highest: int, most: int, first: Sequence[Cause], before: Library | None = None
+    records: Sequence[Evidence], highest: int, most: int, first: Sequence[Cause], before: Regressors | None = None
 ) -> Search:
     base, known = known_of(records, highest, before)
-    more = {gear: dear(records, gear) for gear in ("drive", "loose", "")}
+    more = {gear: parameter_penalty(records, gear) for gear in ("drive", "loose", "")}
     now = fit(records, base, first)
     left = score(known, now.rest, directions(records, now))
     while len(now.causes) < most and (able := _able(left, more, now.causes)):
@@ -165,7 +216,7 @@ def _search(
 
 def next_cause(found: Search) -> Scored | None:
     """Return the next cause that a search would accept; ``None`` if no candidate gains enough."""
-    more = {gear: dear(found.records, gear) for gear in ("drive", "loose", "")}
+    more = {gear: parameter_penalty(found.records, gear) for gear in ("drive", "loose", "")}
     left = score(found.known, found.fit.rest, directions(found.records, found.fit))
     return next(iter(_able(left, more, found.fit.causes)), None)
 
@@ -198,7 +249,7 @@ def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]
     """Return the fit with one more cause, the best of several."""
     tried, kinds = [], {}
     for one in left:
-        if one.gain < NEAR * left[0].gain or len(tried) >= TRIED:
+        if one.gain < FITTED_GAIN * left[0].gain or len(tried) >= TRIED:
             break
         kind = one.candidate.kind
         kinds[kind] = kinds.get(kind, 0) + 1
@@ -250,7 +301,7 @@ def _everywhere(records: Sequence[Evidence], cause: Cause, without: Array, rest:
     owner = [np.full(len(added(one, (), name)), k) for name in CHANNELS for k, one in enumerate(records)]
     expected = np.bincount(np.concatenate(owner), (without - rest) ** 2, len(records))
     gained = np.bincount(np.concatenate(owner), without**2 - rest**2, len(records))
-    asked = expected > OWN
+    asked = expected > EXPECTED_GAIN
     return bool(np.sum(gained[asked] > 0.25 * expected[asked]) > 0.5 * np.sum(asked)) or not np.any(asked)
 
 
@@ -283,5 +334,236 @@ def blind(records: Sequence[Evidence]) -> Search:
     """Return a search in records that could not be segmented."""
     none, nowhere = np.zeros(0), slice(0, 0)
     parts = {name: [nowhere] * len(records) for name in CHANNELS}
-    known = Library([], {}, dict.fromkeys(CHANNELS, nowhere), tuple(records), parts)
+    known = Regressors([], {}, dict.fromkeys(CHANNELS, nowhere), tuple(records), parts)
     return Search(fit(records, none, ()), none, [], known, list(records))
+
+
+def aligned_search(records: list[Evidence], highest: int, first: Sequence[Cause] = ()) -> tuple[list[Evidence], Search]:
+    """Return the records with angles counted from the datum of one of them, and the result of a search there.
+
+    Each gear is aligned by the strongest candidate that depends on its angle. In the first round it is taken from the
+    records as they are; in later rounds the effects of the other causes are removed before.
+    """
+    gears = [gear for gear in GEARS if free_phases(records, gear)]
+    if not gears:
+        return records, search(records, highest, first)
+    base, known = known_of(with_own_noise([without_strays(one) for one in records]), highest)
+    told = {gear: _datum_shifts(known, base, gear) for gear in gears}
+    found = None
+    for _ in range(ALIGNMENTS):
+        by = {gear: _applied_shifts(records, gear, told.get(gear)) for gear in GEARS}
+        if found is not None and not any(
+            one is not None and exceeds_uncertainty(one[1], by[gear]) for gear, one in told.items()
+        ):
+            break
+        records = [turn(*each) for each in zip(records, by["drive"], by["loose"], strict=True)]
+        found = search(records, highest, first)
+        told = {gear: _remaining_shifts(found, gear) for gear in gears}
+    assert found is not None
+    for _ in range(JOINT_FITS):
+        by, changed = settled(found.records, found.fit.causes)
+        if changed < ENOUGH:
+            break
+        records = [turn(one, *pair) for one, pair in zip(records, by, strict=True)]
+        found = search(records, highest, first)
+    return records, found
+
+
+def _datum_shifts(known: Regressors, rest: Array, gear: str) -> tuple[Array, Phases] | None:
+    """Return the datum shifts of records from the candidate of largest gain with an order, or from a single tooth."""
+    told, single = datum_shifts(known, rest, gear), single_tooth(known, rest, gear)
+    lost = np.array([gear in one.unmarked for one in known.records])
+    if not np.all(lost) or single.gain < (told[1].gain if told is not None else TOOTH_GAIN):
+        return told
+    one = Candidate(SINGLE_TOOTH, {"gear": gear}, "offset", 1.0, False, ("contact",))
+    return single.turns, Phases(one, single.gain, single.place, single.worth * single.teeth**2)
+
+
+def _applied_shifts(records: Sequence[Evidence], gear: str, told: tuple[Array, Phases] | None) -> Array:
+    """Return the datum shifts of records; a record that shows the candidate clearly keeps its datum."""
+    if told is None:
+        return np.zeros(len(records))
+    by, seen = told
+    if seen.candidate.kind == SINGLE_TOOTH or not all(gear in one.unmarked for one in records):
+        return by
+    first, side = reference(seen.worth), GEARS.index(gear)
+    return by - (records[first].turned[side] + by[first])
+
+
+def _remaining_shifts(found: Search, gear: str) -> tuple[Array, Phases] | None:
+    """Return the remaining datum shifts of records, from the residuals without the causes of other angles."""
+    own = [cause for cause in found.fit.causes if goes_by(cause.candidate) == gear]
+    effects = [cause.effect for cause in own if cause.effect is not None]
+    parts = contribution(found.records, effects)
+    told = _datum_shifts(found.known, found.fit.rest + parts, gear)
+    if (
+        told is None
+        or told[1].candidate.kind == SINGLE_TOOTH
+        or order_of(told[1].candidate) == 1
+        or exceeds_uncertainty(told[1], told[0])
+    ):
+        return told
+    strongest = [one for one in effects if getattr(one, "order", 1) == order_of(told[1].candidate)]
+    rest = found.fit.rest + parts - contribution(found.records, strongest)
+    return _whole_periods(told, datum_shifts(found.known, rest, gear, [order_of(told[1].candidate)]))
+
+
+def _whole_periods(told: tuple[Array, Phases], other: tuple[Array, Phases] | None) -> tuple[Array, Phases]:
+    """Return shifts by whole periods of the strongest order, selected by another order."""
+    if other is None:
+        return told
+    period, own = 2.0 * pi / order_of(told[1].candidate), 2.0 * pi / order_of(other[1].candidate)
+    tried = period * np.arange(order_of(told[1].candidate))
+    off = np.abs((tried[None] - other[0][:, None] + own / 2.0) % own - own / 2.0)
+    best = tried[np.argmin(off, axis=1)]
+    return np.where(other[0] == 0.0, 0.0, best), other[1]
+
+
+def without_strays(one: Evidence) -> Evidence:
+    """Return a record without contact losses, and flights, far from all others of their flank.
+
+    A gear that rolls off the edge of a tooth moves on a parabola, too, but not on that of a flight.
+    """
+    told = residuals(one)
+    one = _without_rolling(one, told["flight"])
+    losses, rest = one.channels.losses, told["loss"]
+    good = np.ones(len(rest), bool)
+    for flank in (0, 1):
+        own = losses.flank == flank
+        if np.any(own):
+            middle = np.median(rest[own])
+            usual = max(1.4826 * float(np.median(np.abs(rest[own] - middle))), 1.0)
+            good[own] = np.abs(rest[own] - middle) < STRAY * usual
+    kept = type(losses)(*(column[good] for column in losses))
+    left_out = {**one.channels.left_out, "loss": one.channels.left_out.get("loss", 0) + int(np.sum(~good))}
+    return replace(one, channels=one.channels._replace(losses=kept, left_out=left_out))
+
+
+def _without_rolling(one: Evidence, rest: Array) -> Evidence:
+    """Return a record without the few flights that differ from all others in deceleration or shape."""
+    flights = one.channels.flights
+    if len(flights.time) < FEWEST:
+        return one
+    shape = deceleration_response(one)
+    square, rest = np.sum(shape**2, axis=1), rest.reshape(shape.shape)
+    slow, sigma = np.sum(shape * rest, axis=1) / square, square**-0.5
+    off = np.abs(slow - np.median(slow))
+    usual = 1.4826 * float(np.median(off)) + ACCEPTED_SPREAD / STRAY * one.rig.drag_torque / one.rig.inertia
+    bent = np.sqrt(np.mean(project_out(rest, (shape,)) ** 2, axis=1))
+    good = (off < STRAY * np.hypot(usual, sigma)) & (bent < STRAY * max(float(np.quantile(bent, USUAL_SHAPE)), 1.0))
+    if np.all(good) or np.mean(~good) > MOST_EXCLUDED:
+        return one
+    kept = Flights(*(column[good] for column in flights))
+    left_out = {**one.channels.left_out, "flight": one.channels.left_out.get("flight", 0) + int(np.sum(~good))}
+    seen = one.channels._replace(flights=kept, left_out=left_out)
+    return replace(one, channels=seen, fine=tuple(column[good] for column in one.fine), at=one.at[good])
+
+
+def badly_segmented(one: Evidence) -> bool:
+    """Whether more of a record's contact was excluded than errors of segmentation explain."""
+    out = one.channels.left_out.get("contact", 0)
+    return out > MOST_EXCLUDED * (out + len(one.channels.contacts.time))
+
+
+def reject_record(one: Evidence) -> Evidence:
+    """Return a record with only the drive's motion."""
+    seen, names = one.channels, {"flights": "flight", "contacts": "contact", "impacts": "impact", "losses": "loss"}
+    sizes = {channel: len(getattr(seen, name).time) for name, channel in names.items()}
+    left_out = {channel: seen.left_out.get(channel, 0) + size for channel, size in sizes.items()}
+    gone: dict[str, Any] = {}
+    for name in (*names, "censored_impacts", "contact_ends", "velocity_jumps"):
+        points = getattr(seen, name)
+        gone[name] = type(points)(*(column[:0] for column in points))
+    kept = seen._replace(**gone, left_out=left_out)
+    return replace(one, channels=kept, fine=tuple(column[:0] for column in one.fine), at=one.at[:0])
+
+
+def without_rolling(records: Sequence[Evidence], rest: Array) -> list[Evidence] | None:
+    """Return records without the few flights that a cause leaves far from all others; ``None`` without any.
+
+    If the readings of all flights are distorted equally, wrongly segmented ones show only once that is explained.
+
+    rest: stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
+    """
+    found = [_without_rolling(*each) for each in zip(records, parts_of(records, rest)["flight"], strict=True)]
+    return found if any(a is not b for a, b in zip(found, records, strict=True)) else None
+
+
+def without_outliers(records: Sequence[Evidence], rest: Array, most: float) -> list[Evidence] | None:
+    """Return records without contact points and impacts of large residuals; ``None`` without any.
+
+    rest: stacked as :mod:`gears3d.diagnosis.prediction` does, (n,); most: largest residual, in standard deviations.
+    """
+    parts, found = parts_of(records, rest), []
+    for k, one in enumerate(records):
+        seen = one.channels
+        kept, left_out = {}, dict(seen.left_out)
+        for name, own in (("contact", seen.contacts), ("impact", seen.impacts)):
+            off = parts[name][k]
+            if name == "contact" and len(off):  # its datum is arbitrary, and was biased by the outliers
+                off = off - np.median(off)
+            far = np.abs(off) > most
+            if not np.any(far) or np.mean(far) > MOST_EXCLUDED:
+                continue
+            kept[name + "s"] = type(own)(*(column[~far] for column in own))
+            left_out[name] = left_out.get(name, 0) + int(np.sum(far))
+        found.append(replace(one, channels=seen._replace(**kept, left_out=left_out)) if kept else one)
+    return found if any(a is not b for a, b in zip(found, records, strict=True)) else None
+
+
+class Rival(NamedTuple):
+    """One or two causes that replace another.
+
+    Args:
+        causes: of the hypothesis.
+        worse: rise of chi-square against the cause.
+        excluded: whether the data exclude it.
+    """
+
+    causes: tuple[Cause, ...]
+    worse: float
+    excluded: bool
+
+
+def rivals(records: Sequence[Evidence], found: Search) -> list[list[Rival]]:
+    """Return for each cause the hypotheses that could replace it, best first."""
+    now, told = found.fit, []
+    level = max(now.chi2 / max(len(now.rest), 1), 1.0)
+    for k, cause in enumerate(now.causes):
+        others = now.causes[:k] + now.causes[k + 1 :]
+        less = fit(records, found.base, others)
+        tried = _hypotheses(records, found, less, cause)
+        told.append(sorted((Rival(c, f.chi2 - now.chi2, f.chi2 - now.chi2 > EXCLUDED * level) for c, f in tried),
+                           key=lambda one: one.worse))  # fmt: skip
+    return told
+
+
+def _hypotheses(
+    records: Sequence[Evidence], found: Search, less: Fit, cause: Cause
+) -> list[tuple[tuple[Cause, ...], Fit]]:
+    tried, seen = [], set()
+    count = len(less.causes)
+    for one in score(found.known, less.rest, directions(records, less)):
+        key = (one.candidate.kind, one.candidate.shape.get("gear"))
+        if key in seen or (_is_same(one.candidate, cause)):
+            continue
+        if len(tried) >= FITTED_RIVALS or one.gain < 0.2 * (less.chi2 - found.fit.chi2):
+            break
+        seen.add(key)
+        rounds = 8 if one.candidate.kind in FREE else 3
+        made = fit(records, found.base, [*less.causes, begin(one.candidate, one.units)], rounds)
+        tried.append((made.causes[count:], made))
+    if cause.candidate.kind == "drag_differential":
+        plain = {one.kind: one for one in found.known.candidates if one.kind in ("drag_coulomb", "drag_viscous")}
+        both = [begin(one, np.array([1e-3])) for one in plain.values()]
+        made = fit(records, found.base, [*less.causes, *both], 3)
+        tried.append((made.causes[count:], made))
+    return tried
+
+
+def _is_same(candidate: Candidate, cause: Cause) -> bool:
+    """Whether a candidate is the cause itself, except for refined parameters."""
+    own = cause.candidate
+    bends = FREE.get(own.kind, {})
+    shapes = [{name: value for name, value in one.shape.items() if name not in bends} for one in (candidate, own)]
+    return candidate.kind == own.kind and shapes[0] == shapes[1]

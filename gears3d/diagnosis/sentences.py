@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause
+from gears3d.diagnosis.candidates import ACCEPT
+from gears3d.diagnosis.cause import Cause, significance, table
 from gears3d.diagnosis.heldout import UNITS
-from gears3d.diagnosis.named import table
 from gears3d.diagnosis.path_fit import EXCLUDED
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.prediction import rms_of
-from gears3d.diagnosis.rivals import Rival
-from gears3d.diagnosis.search import ACCEPT, Search
+from gears3d.diagnosis.search import Rival, Search
 from gears3d.units import show
 
 Array = np.ndarray
@@ -45,7 +44,7 @@ def alternative(rival: Rival) -> dict[str, str]:
 
 def refused(rival: Rival) -> dict[str, str]:
     """Return a hypothesis that the data exclude, as ``kind`` and ``why``."""
-    return {"kind": _kinds(rival), "why": f"fits worse by {sure(rival.worse)} ({_shapes(rival)})"}
+    return {"kind": _kinds(rival), "why": f"fits worse by {significance(rival.worse)} ({_shapes(rival)})"}
 
 
 def _kinds(rival: Rival) -> str:
@@ -55,16 +54,6 @@ def _kinds(rival: Rival) -> str:
 def _shapes(rival: Rival) -> str:
     return ", ".join(f"{name} = {value}" for one in rival.causes
                      for name, value in table(one.effect, digits=4).items() if name != "kind")  # fmt: skip
-
-
-def sure(gain: float) -> str:
-    """Return a fall of chi-square as standard deviations, limited to 1000.
-
-    >>> sure(144.0), sure(1e10)
-    ('12 sigma', 'over 1000 sigma')
-    """
-    far = float(np.sqrt(max(gain, 0.0)))
-    return f"{far:.3g} sigma" if far < 1000.0 else "over 1000 sigma"
 
 
 def evidence_for(found: Search, cause: Cause, without: Array, gain: float) -> str:
@@ -83,14 +72,14 @@ def evidence_for(found: Search, cause: Cause, without: Array, gain: float) -> st
             sizes = [sized(rms_of(part, found.records, name), UNITS[name]) for part in (before, after)]
             text = f"{SEEN[name]}: error {sizes[0]} without this cause, {sizes[1]} with it"
             text += f" ({rms[0]:.3g} and {rms[1]:.3g} times the noise); "
-    return f"{text}total significance {sure(gain)}"
+    return f"{text}total significance {significance(gain)}"
 
 
 def along(path: Path, gain: float) -> str:
     """Return one sentence: by how much the causes reduce the path error, and the gain of one of them."""
     before, after = np.sqrt(path.before), np.sqrt(path.after)
     text = f"displacement predicted in {path.windows} windows: error {before:.3g} times the noise without causes"
-    return f"{text}, {after:.3g} times with all of them; significance of this one {sure(gain)}"
+    return f"{text}, {after:.3g} times with all of them; significance of this one {significance(gain)}"
 
 
 def sized(size: float, unit: str) -> str:

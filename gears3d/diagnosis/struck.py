@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from gears3d.diagnosis.channels import VelocityJumps
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import GEARS, NEGLIGIBLE, SIDES, Gear, over_tooth
+from gears3d.diagnosis.prediction import GEARS, NEGLIGIBLE, REACH, SIDES, Gear, over_tooth, pitches_from
 from gears3d.effects import catalogue
 
 if TYPE_CHECKING:
@@ -106,3 +107,19 @@ def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:
             share = (np.count_nonzero(off & other) + 1.0) / (np.count_nonzero(other) + 2.0)
             chance = float(binom.sf(np.count_nonzero(far) - 1, len(far), share)) * len(sorts) * teeth
             yield _Tooth(2 * agreed - len(far), chance, usual, gear, tooth, side, out)
+
+
+def without_teeth(one: Evidence, teeth: Sequence[Any]) -> Evidence:
+    """Return a record without the impacts where single teeth are in mesh, on either flank.
+
+    Such a tooth makes the gear rebound between both flanks so fast that readings show one impact.
+    """
+    kept: dict[str, Any] = {}
+    for name in ("impacts", "censored_impacts"):
+        seen = getattr(one.channels, name)
+        turned = [pitches_from(one.pair, each.gear, each.tooth, getattr(seen, each.gear)) for each in teeth]
+        far = np.all(np.abs(turned) > REACH, axis=0)
+        kept[name] = type(seen)(*(column[far] for column in seen))
+    out = len(one.channels.impacts.time) - len(kept["impacts"].time)
+    left_out = {**one.channels.left_out, "impact": one.channels.left_out.get("impact", 0) + out}
+    return replace(one, channels=one.channels._replace(**kept, left_out=left_out))

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.candidates import score
 from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.grounds import Note, carried, of_causes, of_records, of_speeds
-from gears3d.diagnosis.library import score
 from gears3d.diagnosis.quantisation import alone, are_coarse
 from gears3d.diagnosis.search import directions
 from gears3d.diagnosis.verdict import Named, name_causes
@@ -19,8 +19,7 @@ from gears3d.errors import EngineError, InputError
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Paths
     from gears3d.diagnosis.path_search import Path
-    from gears3d.diagnosis.rivals import Rival
-    from gears3d.diagnosis.search import Search
+    from gears3d.diagnosis.search import Rival, Search
     from gears3d.diagnosis.structure import Structure
     from gears3d.measured.checks import Admitted
     from gears3d.scenario import Scenario

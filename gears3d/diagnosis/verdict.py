@@ -8,22 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, contribution, fit, slopes_of
+from gears3d.diagnosis.candidates import ACCEPT, Regressors
+from gears3d.diagnosis.cause import Cause, contribution, fit, parameters, significance, slopes_of, table
+from gears3d.diagnosis.datums import reference_record
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.gaplaw import GapLaw
 from gears3d.diagnosis.heldout import UNITS, Split, refuted, splits
-from gears3d.diagnosis.library import Library
-from gears3d.diagnosis.named import parameters, table
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pockets import Pocket
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.remains import channel_of
 from gears3d.diagnosis.restitution_scatter import Scatter
-from gears3d.diagnosis.rivals import Rival
-from gears3d.diagnosis.search import ACCEPT, SMALLEST, Search
-from gears3d.diagnosis.sentences import along, alternative, evidence_for, refused, sure
+from gears3d.diagnosis.search import SMALLEST, Rival, Search
+from gears3d.diagnosis.sentences import along, alternative, evidence_for, refused
 from gears3d.diagnosis.structure import Structure
-from gears3d.diagnosis.zeros import counted_from
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.units import FAMILIES
@@ -112,7 +110,7 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
         alternatives = tuple(alternative(one) for one in others[k] if not one.excluded)
         excluded = tuple(refused(one) for one in others[k] if one.excluded)
         numbers = parameters(cause, known[own, own])
-        written, zero = table(effect, numbers), counted_from(found.records, effect)
+        written, zero = table(effect, numbers), reference_record(found.records, effect)
         if zero and zero != found.records[0].name:
             numbers.pop("phase", None)
         told.append(
@@ -142,7 +140,7 @@ def _scattered(spread: Scatter) -> Named:
     numbers = {"standard_deviation": number}
     text = (
         "rebounds scatter more than their measurement errors, in proportion to the approach speed; "
-        f"total significance {sure(spread.gain)}"
+        f"total significance {significance(spread.gain)}"
     )
     return Named(effect.kind, effect.place, numbers, text, spread.gain, (), effect, table(effect, numbers))
 
@@ -174,7 +172,7 @@ def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, 
     return "not_decidable" if any(limit > POWER for limit in power.values()) else "nothing_to_add"
 
 
-def power(known: Library) -> dict[str, float]:
+def power(known: Regressors) -> dict[str, float]:
     """Return the minimum detectable effect, in units of its channel, by place."""
     found = dict.fromkeys(PLACES, float("inf"))
     kinds = {kind: place for place, kind in PLACES.items()}

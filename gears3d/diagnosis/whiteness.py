@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.diagnosis.candidates import ACCEPT
 from gears3d.diagnosis.remains import channel_of
 from gears3d.diagnosis.restitution_scatter import Scatter, scatter
-from gears3d.diagnosis.search import ACCEPT, Search
+from gears3d.diagnosis.search import Search
 from gears3d.diagnosis.structure import Structure
 
 if TYPE_CHECKING:

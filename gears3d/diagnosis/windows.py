@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.named import table
+from gears3d.diagnosis.cause import table
+from gears3d.diagnosis.datums import moved, turn
 from gears3d.diagnosis.prediction import deviation, reading_error
 from gears3d.diagnosis.structure import Structure
-from gears3d.diagnosis.zeros import moved, turn
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.pickup import Start, pick_up
 from gears3d.lumped.rigid import tooth

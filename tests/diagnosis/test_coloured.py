@@ -7,8 +7,7 @@ import pytest
 
 from gears3d.diagnosis import residuals
 from gears3d.diagnosis.evidence import evidence
-from gears3d.diagnosis.search import search
-from gears3d.diagnosis.sifting import without_strays
+from gears3d.diagnosis.search import search, without_strays
 from gears3d.measured.segmentation import measure
 from gears3d.recording import Recording
 from gears3d.scenario import load

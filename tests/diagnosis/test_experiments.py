@@ -5,8 +5,7 @@ import pytest
 
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.experiments import LASTS, runs
-from gears3d.diagnosis.rivals import rivals
-from gears3d.diagnosis.search import known_of
+from gears3d.diagnosis.search import known_of, rivals
 from gears3d.measured.checks import admit
 from gears3d.scenario import load
 from gears3d.simulation import record

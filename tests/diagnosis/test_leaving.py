@@ -9,7 +9,8 @@ import pytest
 from gears3d.diagnosis import added, loss_sigma, ready, residuals
 from gears3d.diagnosis.evidence import _without_delay, evidence
 from gears3d.diagnosis.readied import delay_of
-from gears3d.diagnosis.sifting import off_teeth, without_rolling, without_strays
+from gears3d.diagnosis.search import without_rolling, without_strays
+from gears3d.diagnosis.struck import without_teeth
 from gears3d.effects import catalogue
 from gears3d.measured.segmentation import measure
 from gears3d.recording import Recording
@@ -125,7 +126,7 @@ def test_blows_where_a_single_tooth_is_in_mesh_are_left_out():
         catalogue()["pitch_error"](offset=2e-5, tooth=4),
         catalogue()["pitch_error"](offset=2e-5, tooth=9, gear="loose"),
     ]
-    kept = off_teeth(seen, teeth)
+    kept = without_teeth(seen, teeth)
     for name in ("impacts", "censored_impacts"):
         before, after = getattr(seen.channels, name), getattr(kept.channels, name)
         near = np.zeros(len(before.time), bool)

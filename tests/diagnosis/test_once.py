@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, begin
-from gears3d.diagnosis.library import Scored
+from gears3d.diagnosis.candidates import Scored
 from gears3d.diagnosis.search import ONCE, _able
 
 SHAPES = {"drag_power": ("coefficient", "exponent", 2.0), "drag_drift": ("relative_change", "time_constant", 3.0),

@@ -6,10 +6,18 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, Contacts, Drive, begin, uncut
+from gears3d.diagnosis.candidates import Scored
 from gears3d.diagnosis.cause import fit
-from gears3d.diagnosis.library import Scored
-from gears3d.diagnosis.search import _able, _base, _everywhere, _held, _within, search
-from gears3d.diagnosis.sifting import badly_cut, without_outliers
+from gears3d.diagnosis.search import (
+    _able,
+    _base,
+    _everywhere,
+    _held,
+    _within,
+    badly_segmented,
+    search,
+    without_outliers,
+)
 from gears3d.scenario import load
 
 SIZE, NOISE = 2e-5, 5e-7
@@ -88,7 +96,7 @@ def test_a_record_cut_badly_is_left_out_as_a_whole_where_it_agrees_with_no_other
     records = _records(wrong=0.4, far=1e-4)
     last = records[-1].channels
     records[-1] = replace(records[-1], channels=last._replace(left_out={"contact": 300}))
-    assert badly_cut(records[-1])
+    assert badly_segmented(records[-1])
     found = search(records, 5)
     assert [len(one.channels.contacts.time) for one in found.records] == [600] * 4 + [0]
     assert found.records[-1].channels.left_out["contact"] == 900
@@ -99,7 +107,7 @@ def test_a_record_cut_badly_is_left_out_as_a_whole_where_it_agrees_with_no_other
 
 def test_a_record_that_disagrees_but_was_cut_well_stays():
     records = _records(wrong=0.4, far=1e-4)
-    assert not any(map(badly_cut, records))
+    assert not any(map(badly_segmented, records))
     assert len(search(records, 5).records[-1].channels.contacts.time) == 600
 
 

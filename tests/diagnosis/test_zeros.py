@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, ready
-from gears3d.diagnosis.aligned import LEAST
-from gears3d.diagnosis.candidates import candidates
-from gears3d.diagnosis.library import library
-from gears3d.diagnosis.tooth_zeros import tooth
-from gears3d.diagnosis.zeros import gear_of, moved, turn
+from gears3d.diagnosis.candidates import candidates, regressors_of
+from gears3d.diagnosis.datums import gear_of, moved, single_tooth, turn
+from gears3d.diagnosis.search import TOOTH_GAIN
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
@@ -121,14 +119,14 @@ def test_phases_cost_freedom(record):
     """Five records with a phase each must gain what chance gives six numbers as seldom as two the usual gain."""
     from scipy.stats import chi2
 
-    from gears3d.diagnosis.search import ACCEPT
-    from gears3d.diagnosis.zeros import dear
+    from gears3d.diagnosis.candidates import ACCEPT
+    from gears3d.diagnosis.datums import parameter_penalty
 
-    more = dear([record] * 5, "loose")
+    more = parameter_penalty([record] * 5, "loose")
     assert chi2.sf(ACCEPT + more, 6) == pytest.approx(chi2.sf(ACCEPT, 2), rel=0.05)
-    assert dear([record], "loose") == dear([record] * 5, "") == 0.0
+    assert parameter_penalty([record], "loose") == parameter_penalty([record] * 5, "") == 0.0
     marked = replace(record, unmarked=())
-    assert dear([marked, record], "loose") == pytest.approx(dear([record] * 2, "loose"))
+    assert parameter_penalty([marked, record], "loose") == pytest.approx(parameter_penalty([record] * 2, "loose"))
 
 
 def test_a_rig_that_goes_by_an_angle_is_not_held_against_records_without_marks(tmp_path, monkeypatch):
@@ -181,14 +179,14 @@ def test_a_tooth_is_found_at_any_angle(record, gear, number, offset):
     drawn, by = np.random.default_rng(10104), (0.0, 1.234, -2.5)
     side = ("drive", "loose").index(gear)
     records = [turn(record, *(angle * np.eye(2)[side])) for angle in by]
-    known = library(records, [one for one in candidates(record.rig, 3.0, 1) if one.kind != "pitch_error"])
+    known = regressors_of(records, [one for one in candidates(record.rig, 3.0, 1) if one.kind != "pitch_error"])
     effect = catalogue()["pitch_error"](offset=offset, tooth=number, gear=gear)
     rest = np.concatenate([added(record, [effect], name) for name in CHANNELS for _ in by])
-    found = tooth(known, rest + drawn.standard_normal(len(rest)), gear)
+    found = single_tooth(known, rest + drawn.standard_normal(len(rest)), gear)
     teeth = record.rig.teeth_drive if gear == "drive" else record.rig.teeth_loose
     off = found.place - ((number - 1) * 2.0 * np.pi / teeth + np.array(by))
     assert np.abs((off + np.pi) % (2.0 * np.pi) - np.pi).max() < 0.1 * 2.0 * np.pi / teeth
     assert found.gain > 0.95 * float(rest @ rest)
     stands = np.mod((found.place + found.turns) * teeth / (2.0 * np.pi), teeth)
     assert np.allclose(stands, number - 1.0)
-    assert tooth(known, drawn.standard_normal(len(rest)), gear).gain < LEAST
+    assert single_tooth(known, drawn.standard_normal(len(rest)), gear).gain < TOOTH_GAIN

@@ -17,9 +17,8 @@ from PIL import Image
 from gears3d.cli.diagnose import print_diagnosis as show
 from gears3d.diagnosis import BINS, Resonance, Structure, extended_text, pulled
 from gears3d.diagnosis.amiss import amiss
-from gears3d.diagnosis.cause import contribution, fit
+from gears3d.diagnosis.cause import contribution, fit, table
 from gears3d.diagnosis.evidence import FINE, uncut
-from gears3d.diagnosis.named import table
 from gears3d.diagnosis.search import blind
 from gears3d.diagnosis.verdict import judged
 from gears3d.effects import catalogue

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis import CHANNELS, rms_of
+from gears3d.diagnosis.cause import significant_digits
 from gears3d.diagnosis.heldout import UNITS
-from gears3d.diagnosis.named import worth_of
 from gears3d.diagnosis.verdict import POWER
 from gears3d.files import write_text
 from gears3d.units import show
@@ -268,7 +268,7 @@ def numbers(one: Named) -> list[NumberRow]:
     rows = []
     for name, number in one.parameters.items():
         family = one.effect.params[name].family
-        digits = worth_of(number)
+        digits = significant_digits(number)
         value, low, high = (pretty(show(each, family, digits)) for each in (number.value, number.low, number.high))
         value = f"{value} or beyond" if name in one.at_least else value
         rows.append(NumberRow(name, value, low, high, float(number.value)))
