@@ -11,12 +11,17 @@ import numpy as np
 
 from gears3d.diagnosis.along_path import AlongPath, along_path
 from gears3d.diagnosis.amiss import amiss, unspent
-from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
+from gears3d.diagnosis.contact_law import (
+    ContactLawFit,
+    EpisodeAnalysis,
+    contact_law_of,
+    contact_law_with_others,
+    has_compliance,
+)
 from gears3d.diagnosis.evidence import Evidence, Paths, uncut
 from gears3d.diagnosis.experiments import Experiment, experiments
-from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, with_others, yields
 from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_teeth, of_zeros
-from gears3d.diagnosis.heldout import Split, splits
+from gears3d.diagnosis.heldout import EngineCheck, Split, engine_check, heldout_3d, heldout_summary, splits
 from gears3d.diagnosis.kicked import thrown
 from gears3d.diagnosis.quantisation import of_counts, shared
 from gears3d.diagnosis.readied import along_another, delay_of, ready, searched, with_one_flank
@@ -30,7 +35,6 @@ from gears3d.diagnosis.verdict import (
     Named,
     beside,
     evidence_of,
-    heldout,
     judged,
     name_law,
     power,
@@ -47,7 +51,7 @@ from gears3d.scenario import Scenario, load
 
 # Highest order that is searched, unless the numbers of teeth require more.
 HIGHEST = 40
-_RIGID = Bodies(
+_RIGID = EngineCheck(
     (), (), {}, "the contact law is identified from complete contact episodes, which the engine cannot start in between"
 )
 
@@ -88,8 +92,8 @@ class Diagnosis(Result):
     others: list[list[Rival]] = field(repr=False)
     notes: tuple[Note, ...] = ()
     suspects: tuple[Named, ...] = ()
-    bodies: Bodies | None = None
-    law: GapLaw | None = field(default=None, repr=False)
+    bodies: EngineCheck | None = None
+    law: ContactLawFit | None = field(default=None, repr=False)
     runs: tuple[Experiment, ...] = ()
     rings: Resonance | None = field(default=None, repr=False)
     motions: dict[str, DriveMotion] = field(default_factory=dict, repr=False)
@@ -102,7 +106,7 @@ class Diagnosis(Result):
     def _repr_html_(self) -> str:
         from gears3d import notebook
 
-        told = heldout(self.held)
+        told = heldout_summary(self.held)
         numbers = (
             (f"{one.kind}: {name}", f"{number.value:.5g} {number.unit} (95 %: {number.low:.5g} to {number.high:.5g})")
             for one in self.causes
@@ -118,7 +122,7 @@ class Diagnosis(Result):
         return {
             "verdict": self.verdict,
             "causes": [one.to_dict() for one in self.causes],
-            "heldout": heldout(self.held),
+            "heldout": heldout_summary(self.held),
             "heldout_3d": heldout_3d(self.bodies),
             "remaining": remaining(self.left),
             "power": {place: limit if np.isfinite(limit) else None for place, limit in self.power.items()},
@@ -175,12 +179,12 @@ def _diagnosed(
     def searching(part: float) -> None:
         tell("searching for causes of the path", 0.6 + 0.1 * part)
 
-    if yields(rig):
+    if has_compliance(rig):
         whole = along_path([], admitted, paths, highest, searching)
         if whole is not None and (whole.decides or whole.agrees):
             return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
-        seen = law_of(admitted, notes, tell, paths)
-        if (law := seen.law or (None if seen.agrees else with_others(seen))) is not None:
+        seen = contact_law_of(admitted, notes, tell, paths)
+        if (law := seen.law or (None if seen.agrees else contact_law_with_others(seen))) is not None:
             return _lawful(admitted_all, rig, notes, law, bodies)
         return _beside(admitted_all, rig, notes, seen)
     rings = resonance(admitted, paths)
@@ -191,8 +195,8 @@ def _diagnosed(
             whole = along_path([], admitted, paths, highest, searching)
             if whole is not None and whole.decides:
                 return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
-        seen = law_of(admitted, notes, tell, paths)
-        if (law := seen.law or with_others(seen)) is not None:
+        seen = contact_law_of(admitted, notes, tell, paths)
+        if (law := seen.law or contact_law_with_others(seen)) is not None:
             return _lawful(admitted_all, rig, notes, law, bodies)
         if rings is not None:
             return _uncut(admitted_all, rig, notes, "unexplained", rings)
@@ -200,7 +204,7 @@ def _diagnosed(
     whole = along_path(records, admitted, paths, highest, searching)
     if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
         return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
-    seen = law_of(admitted, notes, tell, paths)
+    seen = contact_law_of(admitted, notes, tell, paths)
     if seen.law is not None:
         return _lawful(admitted_all, rig, notes, seen.law, bodies)
     records, found, deep = searched(admitted, records, highest, paths, tell)
@@ -215,7 +219,7 @@ def _diagnosed(
         if len(kept) == len(found.fit.causes):
             break
         found = keeping(found, kept)
-    if left and not kicks and (law := with_others(seen)) is not None:
+    if left and not kicks and (law := contact_law_with_others(seen)) is not None:
         return _lawful(admitted_all, rig, notes, law, bodies)
     tell("testing competing hypotheses", 0.85)
     others = rivals(found.records, found)
@@ -288,12 +292,12 @@ def _opened(
 
 def _further(
     found: Search, others: list[list[Rival]], tell: Callable[[str, float], None], bodies: bool, runs: bool
-) -> tuple[Bodies | None, tuple[Experiment, ...]]:
+) -> tuple[EngineCheck | None, tuple[Experiment, ...]]:
     """Return the check of causes in the 3D engine and the runs that separate hypotheses, each if requested."""
     solid, apart = None, ()
     if bodies:
         doing = "predicting held-out events in the 3D engine"
-        solid = in_bodies(found.records, found.fit.causes, lambda part: tell(doing, 0.92 + 0.03 * part))
+        solid = engine_check(found.records, found.fit.causes, lambda part: tell(doing, 0.92 + 0.03 * part))
     if runs:
         doing = "searching for experiments that distinguish competing hypotheses"
         apart = experiments(found, others, lambda part: tell(doing, 0.95 + 0.05 * part))
@@ -312,7 +316,9 @@ def _moving(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:
     return [one for one in admitted if one.file not in bad]
 
 
-def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law: GapLaw, bodies: bool) -> Diagnosis:
+def _lawful(
+    admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law: ContactLawFit, bodies: bool
+) -> Diagnosis:
     """Return the diagnosis of a law of contact; segmentation by rigid flanks adds nothing to it."""
     causes = name_law(law)
     extended = rig.with_([("effect[+]", one.table) for one in causes])
@@ -324,7 +330,7 @@ def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law:
                      (*notes, *of_phases(causes)), bodies=_RIGID if bodies else None, law=law)  # fmt: skip
 
 
-def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: Seen) -> Diagnosis:
+def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: EpisodeAnalysis) -> Diagnosis:
     """Return the diagnosis of a rig that has a law of contact already: it agrees, or this is not decided."""
     if not seen.agrees:
         text = (

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import table
+from gears3d.diagnosis.contact_law import has_compliance
 from gears3d.diagnosis.datums import goes_by, turn
 from gears3d.diagnosis.evidence import Paths
-from gears3d.diagnosis.gaplaw import yields
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     STEP,
@@ -121,7 +121,7 @@ def look_at(made: Recording, setting: Setting, encoder: Encoder, truth: Truth, f
         else:  # the maximum number is reached
             dense = 0.96 / float(max(windows.step[0] * (windows.drive[0].shape[1] - 1), min(period, 1e9)))
         look = look._replace(windows=len(windows), dense=float(dense))
-    if truth.lawful or yields(sensed):
+    if truth.lawful or has_compliance(sensed):
         return look
     try:
         seen = ready(admitted, delay_of([admitted]), paths=paths)

@@ -31,8 +31,8 @@ from gears3d.diagnosis.foreseen import (
     spread_of,
 )  # fmt: skip
 from gears3d.diagnosis.path_fit import EXCLUDED, SOFT
+from gears3d.diagnosis.resonance import sensor_of
 from gears3d.diagnosis.shooting import MOST
-from gears3d.diagnosis.simulated import sensor_of
 from gears3d.diagnosis.wanted import Wanted, name_of
 from gears3d.errors import Fault, GearsError, InputError, UsageError
 from gears3d.measured.checks import admit

@@ -10,10 +10,10 @@ import numpy as np
 
 from gears3d.diagnosis.candidates import ACCEPT, Regressors
 from gears3d.diagnosis.cause import Cause, contribution, fit, parameters, significance, slopes_of, table
+from gears3d.diagnosis.contact_law import ContactLawFit
 from gears3d.diagnosis.datums import reference_record
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.gaplaw import GapLaw
-from gears3d.diagnosis.heldout import UNITS, Split, refuted, splits
+from gears3d.diagnosis.heldout import refuted, splits
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pockets import Pocket
 from gears3d.diagnosis.precision import covariance
@@ -33,8 +33,6 @@ CHANCE = 1e-4
 SHARE = 0.25
 # Size, in units of its channel, that must be detectable for the data to be sufficient.
 POWER = 0.1
-# Minimum fraction of the total error beyond noise in a split whose own gain counts.
-SHOWS = 0.01
 # Effect that represents each place in the minimum detectable effect.
 PLACES = {"geometry": "backlash_offset", "torque": "drag_coulomb", "impact": "restitution_offset"}
 
@@ -145,7 +143,7 @@ def _scattered(spread: Scatter) -> Named:
     return Named(effect.kind, effect.place, numbers, text, spread.gain, (), effect, table(effect, numbers))
 
 
-def name_law(law: GapLaw) -> tuple[Named, ...]:
+def name_law(law: ContactLawFit) -> tuple[Named, ...]:
     """Return the reported causes of a law of contact and its additional causes."""
     told, at = [], 0
     visits = sum(len(points) for points in law.held.points)
@@ -182,34 +180,6 @@ def power(known: Regressors) -> dict[str, float]:
             if square > 0.0:
                 found[kinds[one.kind]] = max(float(np.sqrt(ACCEPT / square)), SMALLEST)
     return found
-
-
-def heldout(found: Sequence[Split]) -> dict[str, Any]:
-    """Return the result of the splits in the form of the contract, without a gain if the rig leaves noise only.
-
-    >>> one = Split(("a",), 3.0, 1.1, 1.0, 40.0, {})
-    >>> heldout([one])["gain"], heldout([one._replace(base=0.9)])["gain"]
-    (0.95, None)
-    """
-    if not found:
-        return {"base": None, "extended": None, "gain": None}
-    excess = [one.base - one.noise for one in found]
-    left = sum(one.extended - one.noise for one in found)
-    gain = 1.0 - left / sum(excess) if sum(excess) > 0.0 else None
-    shows = [one.gain for one, own in zip(found, excess, strict=True) if own > SHOWS * sum(excess)]
-    ends = [] if gain is None else [min(shows, default=gain), max(shows, default=gain)]
-    told: dict[str, Any] = {}
-    for k, name in enumerate(("base", "extended")):
-        sizes = {}
-        for channel, unit in UNITS.items():
-            rms = [one.sizes[channel][k] for one in found if channel in one.sizes]
-            if rms:
-                sizes[channel] = {"value": float(np.sqrt(np.mean(np.square(rms)))), "unit": unit}
-        told[name] = {**sizes, "D": float(np.mean([getattr(one, name) for one in found]))}
-    held = [{"held_out": list(one.held), "gain": one.gain, "log_likelihood": one.likelihood} for one in found]
-    return {**told, "noise": float(np.mean([one.noise for one in found])), "gain": gain,
-            "gain_range": ends,
-            "log_likelihood": float(sum(one.likelihood for one in found)), "splits": held}  # fmt: skip
 
 
 def remaining(left: Sequence[Structure]) -> dict[str, Any]:

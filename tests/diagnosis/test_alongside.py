@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, begin
-from gears3d.diagnosis.alongside import further, shortlist
-from gears3d.diagnosis.contactlaw import OWN, gains, hold
-from gears3d.diagnosis.visits import some, visits
+from gears3d.diagnosis.contact_episodes import LAW_CHANNELS, contact_episodes, fit_episodes, promised_gains, subset
+from gears3d.diagnosis.contact_law import shortlist, with_further_causes
 from gears3d.effects import catalogue
 from gears3d.measured.segmentation import path_of
 from gears3d.views.pages.diagnosed import render
@@ -18,15 +17,15 @@ def test_a_cause_beside_a_known_law_is_found_in_uncut_paths(tmp_path):
     seen = []
     for one in admitted:
         assert one.rig is not None
-        seen.append(visits(path_of(one.recording, one.rig, one.file), one.rig, one.file))
-    few = some([one for one in seen if one is not None], 20)
+        seen.append(contact_episodes(path_of(one.recording, one.rig, one.file), one.rig, one.file))
+    few = subset([one for one in seen if one is not None], 20)
     rig = few[0].rig
     unit = catalogue()["oil_film"](viscosity=1e-3).unit_size(rig)
-    law = begin(Candidate("oil_film", {}, "viscosity", unit, False, OWN), np.array([0.1]))
-    now, known = hold(few, [], [law], rounds=3), shortlist(rig)
-    promised = gains(few, now, [begin(one, np.full(1 + one.phased, 1e-6)) for one in known])
+    law = begin(Candidate("oil_film", {}, "viscosity", unit, False, LAW_CHANNELS), np.array([0.1]))
+    now, known = fit_episodes(few, [], [law], rounds=3), shortlist(rig)
+    promised = promised_gains(few, now, [begin(one, np.full(1 + one.phased, 1e-6)) for one in known])
     assert known[int(np.argmax(promised))].kind in ("eccentricity", "transmission_error")
-    found = further(few, now, known)
+    found = with_further_causes(few, now, known)
     assert [one.candidate.kind for one in found.causes] == ["oil_film", "eccentricity"]
     assert found.cost < 0.1 * now.cost
 

@@ -4,9 +4,16 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, added, begin, residuals
-from gears3d.diagnosis.bodies import began, extended, in_bodies, predicted, stretches, thinned
 from gears3d.diagnosis.evidence import evidence
-from gears3d.diagnosis.verdict import heldout
+from gears3d.diagnosis.heldout import (
+    contact_stretches,
+    drive_start,
+    engine_check,
+    engine_residuals,
+    engine_scenario,
+    heldout_summary,
+    thinned,
+)
 from gears3d.effects import catalogue
 from gears3d.measured.segmentation import measure
 from gears3d.scenario import load
@@ -40,7 +47,7 @@ def one():
 @pytest.fixture(scope="module")
 def plain(one):
     """What the engine predicts without any effect."""
-    return predicted(one, ())
+    return engine_residuals(one, ())
 
 
 def test_the_engine_predicts_what_the_rigid_model_does(one, plain):
@@ -53,7 +60,7 @@ def test_the_engine_predicts_what_the_rigid_model_does(one, plain):
 @pytest.mark.parametrize("kind", EFFECTS)
 def test_an_effect_adds_in_the_engine_what_its_column_says(one, plain, kind):
     effect = catalogue()[kind](**EFFECTS[kind])
-    before, after = plain, predicted(one, [effect])
+    before, after = plain, engine_residuals(one, [effect])
     for name in before:
         column = added(one, [effect], name)
         made = before[name] - after[name]
@@ -66,7 +73,7 @@ def test_solids_that_are_off_move_contacts_as_their_columns_say_to_first_order(o
     tooth = round(seen.drive[seen.flank == 0][100] * 45 / (2.0 * np.pi)) % 45 + 1
     shape = {"offset": 1e-5, "gear": "drive"} | ({"tooth": tooth} if kind == "pitch_error" else {"phase": 0.3})
     effect = catalogue()[kind](**shape)
-    made = plain["contact"] - predicted(one, [effect])["contact"]
+    made = plain["contact"] - engine_residuals(one, [effect])["contact"]
     column = added(one, [effect], "contact")
     off = made - column - np.median(made - column)  # but for the places where the tooth comes and goes
     assert np.mean(np.abs(off) > 0.05 * np.abs(column).max()) < 0.03
@@ -77,7 +84,7 @@ def test_the_drive_moves_as_it_was_measured_to(one):
     from gears3d.engine import Bench
 
     seen = one.channels.drive
-    with Bench(extended(one, ()), began(one)) as bench:
+    with Bench(engine_scenario(one, ()), drive_start(one)) as bench:
         drive = np.array([bench.drive(time)[0] for time in seen.time])
     assert np.abs(drive - seen.angle).max() < 1e-5
 
@@ -94,40 +101,40 @@ def test_a_true_cause_is_worth_in_the_engine_what_it_is_in_the_rigid_model():
               Candidate("backlash_offset", {}, "offset", 2.5e-4, False, ("contact",)))  # fmt: skip
     causes = [begin(one, np.array([0.01])) for one in sought]
     parts = []
-    worth = in_bodies(records, causes, parts.append)
-    told = heldout(worth.splits)
+    worth = engine_check(records, causes, parts.append)
+    told = heldout_summary(worth.splits)
     assert worth.why == ""
     assert parts[-1] == 1.0
     assert set(told["base"]) == {"flight", "contact", "impact", "D"}
     assert told["gain"] > 0.99
-    assert told["gain"] == pytest.approx(heldout(worth.rigid)["gain"], abs=1e-3)
+    assert told["gain"] == pytest.approx(heldout_summary(worth.rigid)["gain"], abs=1e-3)
 
 
 def test_nothing_to_try_and_what_the_engine_cannot_do_are_said(one):
-    assert in_bodies([one], ()).why == "there is no cause to try"
+    assert engine_check([one], ()).why == "there is no cause to try"
     mesh = Candidate("mesh_drag", {}, "coefficient", 0.01, False, ("loss",))
-    assert "no effect on single flights, impacts or contacts" in in_bodies([one], [begin(mesh, np.array([0.1]))]).why
+    assert "no effect on single flights, impacts or contacts" in engine_check([one], [begin(mesh, np.array([0.1]))]).why
     film = Candidate("oil_film", {"minimum_thickness": 1e-6}, "viscosity", 0.1, False, ("impact",))
-    assert "oil" in in_bodies([one], [begin(film, np.array([0.5]))]).why
+    assert "oil" in engine_check([one], [begin(film, np.array([0.5]))]).why
 
 
 def test_contacts_are_told_apart_by_time_and_flank():
     time = np.array([0.0, 1.0, 2.0, 3.0, 50.0, 51.0])
-    assert [rows.tolist() for rows in stretches(time, np.array([0, 0, 1, 1, 1, 1]))] == [[0, 1], [2, 3], [4, 5]]
+    assert [rows.tolist() for rows in contact_stretches(time, np.array([0, 0, 1, 1, 1, 1]))] == [[0, 1], [2, 3], [4, 5]]
 
 
 def test_helical_gears_stand_in_the_engine_as_their_transverse_section():
     bench = load(BENCH, {**PLAIN, "gears.helix_angle": "20 deg", "gears.face_width": "10 mm", "run.duration": "2 s",
                          "gears.drive.profile_shift": 0.2})  # fmt: skip
     own = evidence(measure(record(bench), bench), bench, "r")
-    made = extended(own, ()).pair()
+    made = engine_scenario(own, ()).pair()
     for which in ("drive", "loose"):
         for name in ("base_radius", "tip_radius", "root_radius", "reference_radius"):
             assert getattr(made.gear(which), name) == pytest.approx(getattr(own.pair.gear(which), name), rel=1e-12)
     for name in ("backlash", "centre_distance", "working_pressure_angle"):
         assert getattr(made, name) == pytest.approx(getattr(own.pair, name), rel=1e-9)
     some = thinned(own)
-    rigid, bodies = residuals(some), predicted(some, ())
+    rigid, bodies = residuals(some), engine_residuals(some, ())
     assert np.abs(bodies["contact"] - rigid["contact"]).max() < 1e-6
 
 
@@ -137,7 +144,7 @@ def test_a_tooth_that_is_off_is_asked_of_helical_teeth():
     own = evidence(measure(record(bench), bench), bench, "r")
     tooth = Candidate("pitch_error", {"tooth": 3, "gear": "drive", "flank": "both"}, "offset", 2.5e-4, False,
                       ("contact",))  # fmt: skip
-    assert not in_bodies([own], [begin(tooth, np.array([0.1]))]).why
+    assert not engine_check([own], [begin(tooth, np.array([0.1]))]).why
 
 
 def test_contacts_in_which_a_cause_shows_are_among_those_that_are_predicted():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.gaplaw import accepted
+from gears3d.diagnosis.contact_law import accepted
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.measured.segmentation import path_of
@@ -51,13 +51,13 @@ def test_a_law_of_contact_is_named_and_measured(tmp_path, kind):
 
 
 def test_no_law_of_contact_where_flanks_are_rigid(tmp_path):
-    from gears3d.diagnosis.gaplaw import gap_law
-    from gears3d.diagnosis.visits import visits
+    from gears3d.diagnosis.contact_episodes import contact_episodes
+    from gears3d.diagnosis.contact_law import contact_law
 
     for kinds in ((), ("restitution_speed",)):
         _, admitted = hidden(tmp_path / f"c{len(kinds)}", kinds, **SHORT)
-        seen = [visits(path_of(one.recording, one.rig, one.file), one.rig, one.file) for one in admitted]
-        assert gap_law([one for one in seen if one is not None]).law is None
+        seen = [contact_episodes(path_of(one.recording, one.rig, one.file), one.rig, one.file) for one in admitted]
+        assert contact_law([one for one in seen if one is not None]).law is None
 
 
 @pytest.mark.parametrize("kinds", [(), pytest.param(("drag_viscous",), marks=pytest.mark.slow)])
