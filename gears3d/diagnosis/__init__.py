@@ -10,10 +10,9 @@ from gears3d.diagnosis.channels import Drive as Drive
 from gears3d.diagnosis.channels import VelocityJumps as VelocityJumps
 from gears3d.diagnosis.diagnosis import Diagnosis as Diagnosis
 from gears3d.diagnosis.diagnosis import diagnose as diagnose
+from gears3d.diagnosis.diagnosis import extended_text as extended_text
 from gears3d.diagnosis.evidence import in_units as in_units
 from gears3d.diagnosis.evidence import uncut as uncut
-from gears3d.diagnosis.extending import extended_text as extended_text
-from gears3d.diagnosis.placing import pulled as pulled
 from gears3d.diagnosis.planner import MeasurementPlan as MeasurementPlan
 from gears3d.diagnosis.planner import plan as plan
 from gears3d.diagnosis.prediction import CHANNELS as CHANNELS
@@ -24,7 +23,8 @@ from gears3d.diagnosis.prediction import loss_sigma as loss_sigma
 from gears3d.diagnosis.prediction import project_out as project_out
 from gears3d.diagnosis.prediction import residuals as residuals
 from gears3d.diagnosis.prediction import rms_of as rms_of
-from gears3d.diagnosis.readied import ready as ready
+from gears3d.diagnosis.preprocessing import preprocess as preprocess
+from gears3d.diagnosis.residual_patterns import Structure as Structure
+from gears3d.diagnosis.residual_patterns import gap_deceleration as gap_deceleration
 from gears3d.diagnosis.resonance import Resonance as Resonance
 from gears3d.diagnosis.search import Search as Search
-from gears3d.diagnosis.structure import Structure as Structure

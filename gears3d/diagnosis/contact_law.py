@@ -29,7 +29,7 @@ from gears3d.effects import Code, Rig, catalogue
 from gears3d.errors import InputError
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.grounds import Note
+    from gears3d.diagnosis.preprocessing import Note
     from gears3d.measured.checks import Admitted
     from gears3d.scenario import Scenario
 

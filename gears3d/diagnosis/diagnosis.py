@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.diagnosis.along_path import AlongPath, along_path
-from gears3d.diagnosis.amiss import amiss, unspent
+from gears3d.diagnosis.cause import significant_digits
 from gears3d.diagnosis.contact_law import (
     ContactLawFit,
     EpisodeAnalysis,
@@ -18,42 +19,50 @@ from gears3d.diagnosis.contact_law import (
     contact_law_with_others,
     has_compliance,
 )
-from gears3d.diagnosis.evidence import Evidence, Paths, uncut
+from gears3d.diagnosis.evidence import Paths, uncut
 from gears3d.diagnosis.experiments import Experiment, experiments
-from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_teeth, of_zeros
 from gears3d.diagnosis.heldout import EngineCheck, Split, engine_check, heldout_3d, heldout_summary, splits
-from gears3d.diagnosis.kicked import thrown
-from gears3d.diagnosis.quantisation import of_counts, shared
-from gears3d.diagnosis.readied import along_another, delay_of, ready, searched, with_one_flank
-from gears3d.diagnosis.remains import structures
-from gears3d.diagnosis.resonance import Resonance, resonance
-from gears3d.diagnosis.search import Rival, Search, blind, keeping, rivals
-from gears3d.diagnosis.structure import Structure
-from gears3d.diagnosis.suspicion import part, predicted, unproven
-from gears3d.diagnosis.verdict import (
-    CHANCE,
-    Named,
-    beside,
-    evidence_of,
-    judged,
-    name_law,
-    power,
-    predictive,
-    remaining,
-    upheld,
+from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
+from gears3d.diagnosis.preprocessing import (
+    Note,
+    datum_notes,
+    motion_notes,
+    segmented,
+    usable,
 )
-from gears3d.diagnosis.whiteness import own_scatter
+from gears3d.diagnosis.residual_patterns import Structure
+from gears3d.diagnosis.residual_tests import (
+    consistent_causes,
+    count_notes,
+    own_scatter,
+    whole_channels,
+)
+from gears3d.diagnosis.resonance import Resonance, resonance
+from gears3d.diagnosis.search import Rival, Search, blind, rivals
+from gears3d.diagnosis.validity import phase_notes, split_accepted, tested_by_path, tested_by_prediction, tooth_notes
+from gears3d.diagnosis.verdict import (
+    Named,
+    classify,
+    minimum_detectable,
+    name_contact_law,
+    record_contributions,
+    remaining,
+    reported_in_addition,
+)
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import Admitted, admit_each
 from gears3d.measured.drive_motion import DriveMotion
 from gears3d.results import Result
 from gears3d.scenario import Scenario, load
+from gears3d.units import show
 
+Array = np.ndarray
 # Highest order that is searched, unless the numbers of teeth require more.
-HIGHEST = 40
-_RIGID = EngineCheck(
+HIGHEST_ORDER = 40
+_NO_ENGINE_CHECK = EngineCheck(
     (), (), {}, "the contact law is identified from complete contact episodes, which the engine cannot start in between"
 )
+HEAD = "[[effect]]"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,10 +180,10 @@ def diagnose(
 def _diagnosed(
     admitted: Sequence[Admitted], rig: Scenario, tell: Callable[[str, float], None], bodies: bool, runs: bool
 ) -> Diagnosis:
-    admitted_all, notes = admitted, [*of_channels(admitted), *of_zeros(admitted)]
-    admitted = _moving(admitted, notes)
+    admitted_all, notes = admitted, [*motion_notes(admitted), *datum_notes(admitted)]
+    admitted = usable(admitted, notes)
     paths = Paths()
-    highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
+    highest = max(HIGHEST_ORDER, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
 
     def searching(part: float) -> None:
         tell("searching for causes of the path", 0.6 + 0.1 * part)
@@ -182,74 +191,64 @@ def _diagnosed(
     if has_compliance(rig):
         whole = along_path([], admitted, paths, highest, searching)
         if whole is not None and (whole.decides or whole.agrees):
-            return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
+            return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
         seen = contact_law_of(admitted, notes, tell, paths)
         if (law := seen.law or (None if seen.agrees else contact_law_with_others(seen))) is not None:
-            return _lawful(admitted_all, rig, notes, law, bodies)
-        return _beside(admitted_all, rig, notes, seen)
+            return _by_contact_law(admitted_all, rig, notes, law, bodies)
+        return _with_compliance(admitted_all, rig, notes, seen)
     rings = resonance(admitted, paths)
     try:
-        records, notes = _measured(admitted, notes, tell, paths)
+        records, notes = segmented(admitted, notes, tell, paths)
     except InputError:  # compliance, an oil film or a resonance may prevent segmentation
         if rings is None:
             whole = along_path([], admitted, paths, highest, searching)
             if whole is not None and whole.decides:
-                return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
+                return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
         seen = contact_law_of(admitted, notes, tell, paths)
         if (law := seen.law or contact_law_with_others(seen)) is not None:
-            return _lawful(admitted_all, rig, notes, law, bodies)
+            return _by_contact_law(admitted_all, rig, notes, law, bodies)
         if rings is not None:
-            return _uncut(admitted_all, rig, notes, "unexplained", rings)
+            return _unsegmented(admitted_all, rig, notes, "unexplained", rings)
         raise
     whole = along_path(records, admitted, paths, highest, searching)
     if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
-        return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
+        return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
     seen = contact_law_of(admitted, notes, tell, paths)
     if seen.law is not None:
-        return _lawful(admitted_all, rig, notes, seen.law, bodies)
-    records, found, deep = searched(admitted, records, highest, paths, tell)
-    kicks = [] if rings is None else [rings.structure]
-    kicks += thrown(found.records, found.fit.causes) if deep is None else []
-    while True:
-        same, odd = _left(found, highest)
-        left = [*kicks, *same]
-        kept = [] if kicks else upheld(found, left)
-        if len(kept) == len(found.fit.causes):
-            kept = predictive(found)
-        if len(kept) == len(found.fit.causes):
-            break
-        found = keeping(found, kept)
-    if left and not kicks and (law := contact_law_with_others(seen)) is not None:
-        return _lawful(admitted_all, rig, notes, law, bodies)
+        return _by_contact_law(admitted_all, rig, notes, seen.law, bodies)
+    records, found, short = search_with_resegmentation(admitted, records, highest, paths, tell)
+    beyond = [] if rings is None else [rings.structure]
+    beyond += tooth_synchronous_contact_loss(found.records, found.fit.causes) if short is None else []
+    found, left, coarse = consistent_causes(found, highest, beyond)
+    if left and not beyond and (law := contact_law_with_others(seen)) is not None:
+        return _by_contact_law(admitted_all, rig, notes, law, bodies)
     tell("testing competing hypotheses", 0.85)
     others = rivals(found.records, found)
-    spread = own_scatter(records, found, left) if rings is None else None
-    parted = part(found, others, beside(spread, deep), rig, notes)
+    scatter = own_scatter(records, found, left) if rings is None else None
+    accepted = split_accepted(found, others, reported_in_addition(scatter, short), rig, notes)
     tell("predicting the displacement from measured states", 0.88)
-    parted, far = predicted(parted, admitted, paths)
-    if whole is not None and deep is None and rings is None:
-        parted = unproven(parted, whole.path, whole.contradicted(parted.found))
-    found, others, causes = parted.found, parted.others, parted.causes
+    accepted, far = tested_by_prediction(accepted, admitted, paths)
+    if whole is not None and short is None and rings is None:
+        accepted = tested_by_path(accepted, whole.path, whole.contradicted(accepted.found))
+    found, others, causes = accepted.found, accepted.others, accepted.causes
     tell("predicting held-out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
-    solid, apart = _further(found, others, tell, bodies, runs)
-    limits = power(found.known) if rings is None else {}
-    extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
-    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted_all}
+    solid, proposed = _further(found, others, tell, bodies, runs)
+    limits = minimum_detectable(found.known) if rings is None else {}
     tell("done", 1.0)
-    off, more = shared(found.records, found.fit.rest, amiss(found.records, found.fit.rest), amiss)
-    off += [one for one in unspent(found) if one.name not in {each.name for each in [*left, *off]}]
-    left, odd = [*left, *off, *far], [*odd, *more]
-    told = (*parted.notes, *of_phases(causes), *of_teeth(found.records), *of_counts(found.records, odd))
-    if whole is not None and whole.agrees and not causes and not parted.suspects:
+    off, coarse_too = whole_channels(found, left)
+    left, coarse = [*left, *off, *far], [*coarse, *coarse_too]
+    notes = [*accepted.notes, *phase_notes(causes), *tooth_notes(found.records), *count_notes(found.records, coarse)]
+    if whole is not None and whole.agrees and not causes and not accepted.suspects:
         left = []  # residuals of single events come from segmentation
         limits = {place: min(limit, whole.limits[place]) for place, limit in limits.items()}
-    verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
-    return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
-                     found, others, told, parted.suspects, solid, runs=apart, rings=rings)  # fmt: skip
+    verdict = classify(causes, left, limits) if accepted.decides else "not_decidable"
+    return Diagnosis(verdict, causes, tuple(left), held, limits, _extended(rig, causes),
+                     tuple(record_contributions(found.records)), _findings(admitted_all), found, others, tuple(notes),
+                     accepted.suspects, solid, runs=proposed, rings=rings)  # fmt: skip
 
 
-def _along(
+def _by_path(
     admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], whole: AlongPath,
     tell: Callable[[str, float], None], bodies: bool, runs: bool,
 ) -> Diagnosis:  # fmt: skip
@@ -261,19 +260,18 @@ def _along(
         else one
         for one in notes
     ]
-    parted = part(found, others, beside(whole.path.scatter, None), rig, notes, whole.path)
-    found, causes = parted.found, parted.causes
+    accepted = split_accepted(found, others, reported_in_addition(whole.path.scatter, None), rig, notes, whole.path)
+    found, causes = accepted.found, accepted.causes
     tell("predicting held-out records", 0.9)
     held = whole.held(found)
-    solid, apart = _further(found, parted.others, tell, bodies, runs)
+    solid, proposed = _further(found, accepted.others, tell, bodies, runs)
     limits, known = whole.limits, found.records + (whole.others if whole.records else [])
-    extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
-    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
-    told = (*parted.notes, *of_phases(causes), *of_teeth(found.records))
-    verdict = judged(causes, [], limits) if parted.decides else "not_decidable"
+    told = (*accepted.notes, *phase_notes(causes), *tooth_notes(found.records))
+    verdict = classify(causes, [], limits) if accepted.decides else "not_decidable"
     tell("done", 1.0)
-    return Diagnosis(verdict, causes, (), held, limits, extended, tuple(evidence_of(known)), findings,
-                     found, parted.others, told, parted.suspects, solid, runs=apart)  # fmt: skip
+    return Diagnosis(verdict, causes, (), held, limits, _extended(rig, causes), tuple(record_contributions(known)),
+                     _findings(admitted), found, accepted.others, told, accepted.suspects, solid,
+                     runs=proposed)  # fmt: skip
 
 
 def _opened(
@@ -294,43 +292,32 @@ def _further(
     found: Search, others: list[list[Rival]], tell: Callable[[str, float], None], bodies: bool, runs: bool
 ) -> tuple[EngineCheck | None, tuple[Experiment, ...]]:
     """Return the check of causes in the 3D engine and the runs that separate hypotheses, each if requested."""
-    solid, apart = None, ()
+    solid, proposed = None, ()
     if bodies:
         doing = "predicting held-out events in the 3D engine"
         solid = engine_check(found.records, found.fit.causes, lambda part: tell(doing, 0.92 + 0.03 * part))
     if runs:
         doing = "searching for experiments that distinguish competing hypotheses"
-        apart = experiments(found, others, lambda part: tell(doing, 0.95 + 0.05 * part))
-    return solid, apart
+        proposed = experiments(found, others, lambda part: tell(doing, 0.95 + 0.05 * part))
+    return solid, proposed
 
 
-def _moving(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:
-    """Return the records with the motion of the rig, if there is one; notes report the others."""
-    bad = {note.record for note in notes if note.blocks}
-    if len(bad) == len({one.file for one in admitted}):
-        return list(admitted)
-    notes[:] = [
-        note._replace(blocks=False, remedy=f"{note.remedy} (this record was excluded)") if note.blocks else note
-        for note in notes
-    ]
-    return [one for one in admitted if one.file not in bad]
-
-
-def _lawful(
+def _by_contact_law(
     admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law: ContactLawFit, bodies: bool
 ) -> Diagnosis:
     """Return the diagnosis of a law of contact; segmentation by rigid flanks adds nothing to it."""
-    causes = name_law(law)
-    extended = rig.with_([("effect[+]", one.table) for one in causes])
-    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
+    causes = name_contact_law(law)
     found = blind([uncut(one.scenario, one.name) for one in law.records])
-    rows = zip(evidence_of(found.records), law.records, strict=True)
-    told = tuple({**row, "visits": len(one.sizes)} for row, one in rows)
-    return Diagnosis("explained", causes, (), law.splits, {}, extended, told, findings, found, [],
-                     (*notes, *of_phases(causes)), bodies=_RIGID if bodies else None, law=law)  # fmt: skip
+    rows = zip(record_contributions(found.records), law.records, strict=True)
+    contributions = tuple({**row, "visits": len(one.sizes)} for row, one in rows)
+    return Diagnosis("explained", causes, (), law.splits, {}, _extended(rig, causes), contributions,
+                     _findings(admitted), found, [], (*notes, *phase_notes(causes)),
+                     bodies=_NO_ENGINE_CHECK if bodies else None, law=law)  # fmt: skip
 
 
-def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: EpisodeAnalysis) -> Diagnosis:
+def _with_compliance(
+    admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: EpisodeAnalysis
+) -> Diagnosis:
     """Return the diagnosis of a rig that has a law of contact already: it agrees, or this is not decided."""
     if not seen.agrees:
         text = (
@@ -341,57 +328,60 @@ def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen
             text += f"{np.sqrt(seen.plain.level):.3g} sigma"
         remedy = "in addition to the contact law of the rig, no cause but mesh_friction is tested"
         notes = [*notes, Note("yielding-flanks", text, remedy, "", True)]
-    return _uncut(admitted, rig, notes, "nothing_to_add" if seen.agrees else "not_decidable")
+    return _unsegmented(admitted, rig, notes, "nothing_to_add" if seen.agrees else "not_decidable")
 
 
-def _uncut(
+def _unsegmented(
     admitted: Sequence[Admitted], rig: Scenario, notes: Sequence[Note], verdict: str, rings: Resonance | None = None
 ) -> Diagnosis:
     """Return the diagnosis of records that are not, or cannot be, segmented."""
-    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
     found = blind([uncut(one.rig, one.file) for one in admitted if one.rig is not None])
     left = () if rings is None else (rings.structure,)
-    return Diagnosis(verdict, (), left, (), {}, rig, tuple(evidence_of(found.records)), findings, found, [],
-                     tuple(notes), rings=rings)  # fmt: skip
+    return Diagnosis(verdict, (), left, (), {}, rig, tuple(record_contributions(found.records)), _findings(admitted),
+                     found, [], tuple(notes), rings=rings)  # fmt: skip
 
 
-def _measured(
-    admitted: Sequence[Admitted], notes: list[Note], tell: Callable[[str, float], None], paths: Paths
-) -> tuple[list[Evidence], list[Note]]:
-    """Return the records that can be measured, and notes on these and the others."""
-    records: dict[str, Evidence] = {}
-    faults: dict[str, InputError] = {}
-    delay = delay_of(admitted)
-    for k, one in enumerate(admitted):
-        tell(f"measuring {one.file}", 0.1 + 0.5 * k / len(admitted))
-        assert one.rig is not None
-        try:
-            records[one.file] = ready(one, delay, paths=paths)
-        except InputError as error:
-            faults[one.file] = error
-    if not records:
-        every = [fault for error in faults.values() for fault in error.faults]
-        raise InputError([*(Fault("", note.text, note.remedy, note.record) for note in notes), *every])
-    stated, own = [], list(records.values())
-    for one in admitted:
-        if (error := faults.get(one.file)) is None:
-            continue
-        first = error.faults[0]
-        if (found := along_another(one, own, delay, paths)) is None:
-            stated += [Note("not-measured", f"record excluded: {fault.key} {fault.message}", fault.remedy, one.file)
-                     for fault in error.faults]  # fmt: skip
-        else:
-            records[one.file], like = found
-            text = f"segmented along the flanks of {like}, as by itself it {first.message}"
-            stated.append(Note("flanks-of-another", text, "record longer, or with less noise", one.file))
-    kept = [records[one.file] for one in admitted if one.file in records]
-    return with_one_flank(admitted, kept, paths), [*notes, *stated]
+def _extended(rig: Scenario, causes: Sequence[Named]) -> Scenario:
+    """Return the rig with the causes; the rig itself without any."""
+    return rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
 
 
-def _left(found: Search, highest: int) -> tuple[list[Structure], list[Structure]]:
-    """Return the residual patterns, and those that coarse encoders cause in one record."""
+def _findings(admitted: Sequence[Admitted]) -> dict[str, list[dict[str, Any]]]:
+    """Return the findings of the sensor gate by record."""
+    return {one.file: [each.to_dict() for each in one.findings] for one in admitted}
 
-    def looked(records: Sequence[Evidence], rest: np.ndarray) -> list[Structure]:
-        return [one for one in structures(records, rest, highest) if one.chance < CHANCE]
 
-    return shared(found.records, found.fit.rest, looked(found.records, found.fit.rest), looked)
+def extended_text(found: Diagnosis) -> str:
+    """Return the extended scenario as text, with a comment above each cause.
+
+    Args:
+        found: the diagnosis; without causes the text is that of the rig.
+    """
+    text = found.extended.document
+    lines = text.splitlines()
+    heads = [k for k, line in enumerate(lines) if line.strip() == HEAD]
+    if not found.causes or len(heads) < len(found.causes):
+        return text
+    for k, cause in reversed(list(zip(heads[-len(found.causes) :], found.causes, strict=True))):
+        lines[k:k] = ["", *(f"# {line}" for line in _facts(cause))]
+    told = "\n".join(lines) + "\n"
+    return told if tomllib.loads(told) == tomllib.loads(text) else text
+
+
+def _facts(cause: Named) -> list[str]:
+    """Return the known facts on a cause, line by line."""
+    told = [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in _intervals(cause))]
+    if cause.zero:
+        told.append(
+            f"phase and tooth number count from the first angle of {Path(cause.zero).name}, not from an index mark"
+        )
+    return told
+
+
+def _intervals(cause: Named) -> list[str]:
+    """Return the 95 % intervals of a cause's numbers in the form of a scenario."""
+    told = []
+    for name, one in cause.parameters.items():
+        family, digits = cause.effect.params[name].family, significant_digits(one)
+        told.append(f"{name} {show(one.low, family, digits)} to {show(one.high, family, digits)}")
+    return told

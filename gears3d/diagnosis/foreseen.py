@@ -24,7 +24,7 @@ from gears3d.diagnosis.path_fit import (
 )  # fmt: skip
 from gears3d.diagnosis.precision import Information, combined, information
 from gears3d.diagnosis.prediction import GEARS
-from gears3d.diagnosis.readied import delay_of, ready
+from gears3d.diagnosis.preprocessing import delay_of, preprocess
 from gears3d.diagnosis.search import given
 from gears3d.diagnosis.shooting import MOST, Windows, shootable
 from gears3d.errors import Fault, InputError
@@ -124,7 +124,7 @@ def look_at(made: Recording, setting: Setting, encoder: Encoder, truth: Truth, f
     if truth.lawful or has_compliance(sensed):
         return look
     try:
-        seen = ready(admitted, delay_of([admitted]), paths=paths)
+        seen = preprocess(admitted, delay_of([admitted]), paths=paths)
         seen = turn(seen, 2.0 * np.pi, 2.0 * np.pi) if free else seen  # not the reference record of the angular datums
         found = given([seen], truth.causes, ()).records[0]
         return look._replace(events=information(found, truth.causes, truth.others))

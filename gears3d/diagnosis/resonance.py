@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.evidence import Paths
-from gears3d.diagnosis.structure import Structure
+from gears3d.diagnosis.residual_patterns import Structure
 from gears3d.errors import EngineError, InputError
 from gears3d.measured.noise import estimate_noise
 from gears3d.scenario.models import Sensor, Sensors

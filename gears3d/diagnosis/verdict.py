@@ -1,4 +1,4 @@
-"""The verdict on a rig and its records: its causes with their evidence, and the residual patterns."""
+"""The verdict on a rig and its records: reported causes with their evidence and competing hypotheses."""
 
 from __future__ import annotations
 
@@ -9,32 +9,37 @@ from typing import Any
 import numpy as np
 
 from gears3d.diagnosis.candidates import ACCEPT, Regressors
-from gears3d.diagnosis.cause import Cause, contribution, fit, parameters, significance, slopes_of, table
+from gears3d.diagnosis.cause import Cause, fit, parameters, significance, table
 from gears3d.diagnosis.contact_law import ContactLawFit
 from gears3d.diagnosis.datums import reference_record
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.heldout import refuted, splits
+from gears3d.diagnosis.heldout import UNITS
+from gears3d.diagnosis.path_fit import EXCLUDED
 from gears3d.diagnosis.path_search import Path
-from gears3d.diagnosis.pockets import Pocket
+from gears3d.diagnosis.pitch_error import ShortTooth
 from gears3d.diagnosis.precision import covariance
-from gears3d.diagnosis.remains import channel_of
+from gears3d.diagnosis.prediction import rms_of
+from gears3d.diagnosis.residual_patterns import Structure
+from gears3d.diagnosis.residual_tests import channel_of
 from gears3d.diagnosis.restitution_scatter import Scatter
 from gears3d.diagnosis.search import SMALLEST, Rival, Search
-from gears3d.diagnosis.sentences import along, alternative, evidence_for, refused
-from gears3d.diagnosis.structure import Structure
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
-from gears3d.units import FAMILIES
+from gears3d.units import FAMILIES, show
 
 Array = np.ndarray
-# Largest false alarm probability of a residual pattern.
-CHANCE = 1e-4
-# Largest residual pattern in the channel of a cause, relative to its gain there.
-SHARE = 0.25
 # Size, in units of its channel, that must be detectable for the data to be sufficient.
 POWER = 0.1
 # Effect that represents each place in the minimum detectable effect.
 PLACES = {"geometry": "backlash_offset", "torque": "drag_coulomb", "impact": "restitution_offset"}
+# Predicted quantity of each channel.
+PREDICTED_QUANTITY = {
+    "flight": "angle in free flight",
+    "contact": "displacement in contact",
+    "impact": "rebound speed",
+    "loss": "separation speed",
+    "drive": "angle of the drive gear",
+}
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,7 @@ class Named:
         numbers = {name: one.to_dict() for name, one in self.parameters.items()}
         for name in self.at_least:
             numbers[name]["at_least"] = True
-        fixed = {name: chosen(self.effect, name, value) for name, value in self.table.items()
+        fixed = {name: fixed_parameter(self.effect, name, value) for name, value in self.table.items()
                  if name != "kind" and name not in numbers}  # fmt: skip
         if self.zero and "phase" in fixed:
             fixed["phase"] = {"value": None, "unit": "rad", "ci95": None}
@@ -82,7 +87,7 @@ class Named:
                 "gain": self.gain, **rivals}  # fmt: skip
 
 
-def chosen(effect: Any, name: str, written: Any) -> Any:
+def fixed_parameter(effect: Any, name: str, written: Any) -> Any:
     """Return a fixed parameter in JSON form: with its unit, or as in the scenario if it has none."""
     family = effect.params[name].family
     if family not in FAMILIES or isinstance(written, int | float):
@@ -100,13 +105,13 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
         effect: Any = cause.effect
         if path is not None and k < len(path.gains):
             gain = float(path.gains[k])
-            text = along(path, gain)
+            text = path_sentence(path, gain)
         else:
             less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
             gain = less.chi2 - now.chi2
-            text = evidence_for(found, cause, less.rest, gain)
-        alternatives = tuple(alternative(one) for one in others[k] if not one.excluded)
-        excluded = tuple(refused(one) for one in others[k] if one.excluded)
+            text = evidence_sentence(found, cause, less.rest, gain)
+        alternatives = tuple(open_hypothesis(one) for one in others[k] if not one.excluded)
+        excluded = tuple(excluded_hypothesis(one) for one in others[k] if one.excluded)
         numbers = parameters(cause, known[own, own])
         written, zero = table(effect, numbers), reference_record(found.records, effect)
         if zero and zero != found.records[0].name:
@@ -117,22 +122,22 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
     return sorted(told, key=lambda one: -one.gain)
 
 
-def beside(spread: Scatter | None, deep: Pocket | None) -> list[Named]:
+def reported_in_addition(spread: Scatter | None, deep: ShortTooth | None) -> list[Named]:
     """Return the reported causes in addition to those of a search: scatter of restitution and a short tooth."""
-    found = [] if spread is None else [_scattered(spread)]
-    return found if deep is None else [*found, _out_of_reach(deep)]
+    found = [] if spread is None else [_reported_scatter(spread)]
+    return found if deep is None else [*found, _reported_short_tooth(deep)]
 
 
-def _out_of_reach(deep: Pocket) -> Named:
+def _reported_short_tooth(deep: ShortTooth) -> Named:
     effect = deep.effect
     ends = sorted((effect.offset, float(np.copysign(effect.params["offset"].high, effect.offset))))
     numbers = {"offset": Parameter(effect.offset, "m", *ends)}
-    others = tuple(map(alternative, deep.others))
+    others = tuple(map(open_hypothesis, deep.others))
     return Named(effect.kind, effect.place, numbers, deep.why, deep.gain, others, effect, table(effect, numbers),
                  at_least=("offset",))  # fmt: skip
 
 
-def _scattered(spread: Scatter) -> Named:
+def _reported_scatter(spread: Scatter) -> Named:
     effect = catalogue()["restitution_scatter"](standard_deviation=spread.value)
     number = Parameter(spread.value, "", spread.value - 1.96 * spread.sigma, spread.value + 1.96 * spread.sigma)
     numbers = {"standard_deviation": number}
@@ -143,7 +148,7 @@ def _scattered(spread: Scatter) -> Named:
     return Named(effect.kind, effect.place, numbers, text, spread.gain, (), effect, table(effect, numbers))
 
 
-def name_law(law: ContactLawFit) -> tuple[Named, ...]:
+def name_contact_law(law: ContactLawFit) -> tuple[Named, ...]:
     """Return the reported causes of a law of contact and its additional causes."""
     told, at = [], 0
     visits = sum(len(points) for points in law.held.points)
@@ -161,7 +166,7 @@ def name_law(law: ContactLawFit) -> tuple[Named, ...]:
     return tuple(sorted(told, key=lambda one: -one.gain))
 
 
-def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:
+def classify(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:
     """Return the verdict from the accepted causes, the residual patterns, and the minimum detectable effects."""
     if causes:
         return "partly_explained" if left else "explained"
@@ -170,7 +175,7 @@ def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, 
     return "not_decidable" if any(limit > POWER for limit in power.values()) else "nothing_to_add"
 
 
-def power(known: Regressors) -> dict[str, float]:
+def minimum_detectable(known: Regressors) -> dict[str, float]:
     """Return the minimum detectable effect, in units of its channel, by place."""
     found = dict.fromkeys(PLACES, float("inf"))
     kinds = {kind: place for place, kind in PLACES.items()}
@@ -195,41 +200,7 @@ def remaining(left: Sequence[Structure]) -> dict[str, Any]:
     return {**first, "others": others}
 
 
-def upheld(found: Search, left: Sequence[Structure]) -> list[Cause]:
-    """Return the causes that the records determine and that no residual pattern in their channels refutes."""
-    worth: dict[str, float] = {}
-    for one in left:
-        worth[channel_of(one.name)] = max(worth.get(channel_of(one.name), 0.0), one.worth)
-    spans = {name: found.known.spans[name] for name in worth}
-    taken = {name: float(found.base[span] @ found.base[span] - found.fit.rest[span] @ found.fit.rest[span])
-             for name, span in spans.items()}  # fmt: skip
-    bad = {name for name in worth if worth[name] > SHARE * max(taken[name], 1e-9)}
-    return [cause for cause in found.fit.causes
-            if not bad.intersection(cause.candidate.channels) and _determined(found.records, cause)]  # fmt: skip
-
-
-def _determined(records: Sequence[Evidence], cause: Cause) -> bool:
-    """Return whether records depend on a cause; not if it moves the restitution out of its range from 0 to 1."""
-    return any(bool(np.any(column)) for column in slopes_of(records, cause))
-
-
-def predictive(found: Search) -> list[Cause]:
-    """Return the causes without the weakest of those that predict their channel worse than the rig as it is.
-
-    A law with as many numbers as there are speeds or revolutions fits anything; held-out data show that it is wrong.
-    """
-    causes = list(found.fit.causes)
-    if not causes or not (bad := refuted(splits(found.records, causes))):
-        return causes
-    parts = [contribution(found.records, [one.effect] if one.effect is not None else []) for one in causes]
-    touched = [any(np.any(part[found.known.spans[name]]) for name in bad) for part in parts]
-    gains = [fit(found.records, found.base, causes[:k] + causes[k + 1 :]).chi2 for k in range(len(causes))]
-    at = [k for k, own in enumerate(touched) if own]
-    weakest = min(at, key=lambda k: gains[k], default=None)
-    return [one for k, one in enumerate(causes) if k != weakest]
-
-
-def evidence_of(records: Sequence[Evidence]) -> list[dict[str, Any]]:
+def record_contributions(records: Sequence[Evidence]) -> list[dict[str, Any]]:
     """Return the contribution of each record, for the report."""
     return [
         {
@@ -242,3 +213,74 @@ def evidence_of(records: Sequence[Evidence]) -> list[dict[str, Any]]:
         }
         for one in records
     ]
+
+
+def open_hypothesis(rival: Rival) -> dict[str, str]:
+    """Return a hypothesis that the data do not exclude, as ``kind`` and ``why``."""
+    if rival.worse > 0.5:
+        why = f"fits worse by Δχ² = {rival.worse:.4g}, which "
+        why += (
+            "errors of the model or few windows may make"
+            if rival.worse > EXCLUDED
+            else "is not sufficient to exclude it"
+        )
+    elif rival.worse < -ACCEPT:
+        why = f"fits better by Δχ² = {-rival.worse:.4g}, but was not selected by the search"
+    elif rival.worse < -0.5:
+        why = f"fits better by Δχ² = {-rival.worse:.4g}, which is not sufficient to prefer it"
+    else:
+        why = "predicts the same values for all records"
+    return {"kind": _kinds(rival), "why": f"{why} ({_shapes(rival)})"}
+
+
+def excluded_hypothesis(rival: Rival) -> dict[str, str]:
+    """Return a hypothesis that the data exclude, as ``kind`` and ``why``."""
+    return {"kind": _kinds(rival), "why": f"fits worse by {significance(rival.worse)} ({_shapes(rival)})"}
+
+
+def _kinds(rival: Rival) -> str:
+    return " + ".join(cause.candidate.kind for cause in rival.causes)
+
+
+def _shapes(rival: Rival) -> str:
+    return ", ".join(f"{name} = {value}" for one in rival.causes
+                     for name, value in table(one.effect, digits=4).items() if name != "kind")  # fmt: skip
+
+
+def evidence_sentence(found: Search, cause: Cause, without: Array, gain: float) -> str:
+    """Return one sentence: where a cause shows, and by how much it reduces the residual there.
+
+    without: residuals from the other causes alone, (n,); gain: fall of chi-square in addition to the others.
+    """
+    best, text = 0.0, ""
+    for name in cause.candidate.channels:
+        span = found.known.spans[name]
+        before, after = without[span], found.fit.rest[span]
+        fall = float(before @ before - after @ after)
+        if fall > best and len(before):
+            best = fall
+            rms = [float(np.sqrt(np.mean(part**2))) for part in (before, after)]
+            sizes = [sized(rms_of(part, found.records, name), UNITS[name]) for part in (before, after)]
+            text = f"{PREDICTED_QUANTITY[name]}: error {sizes[0]} without this cause, {sizes[1]} with it"
+            text += f" ({rms[0]:.3g} and {rms[1]:.3g} times the noise); "
+    return f"{text}total significance {significance(gain)}"
+
+
+def path_sentence(path: Path, gain: float) -> str:
+    """Return one sentence: by how much the causes reduce the path error, and the gain of one of them."""
+    before, after = np.sqrt(path.before), np.sqrt(path.after)
+    text = f"displacement predicted in {path.windows} windows: error {before:.3g} times the noise without causes"
+    return f"{text}, {after:.3g} times with all of them; significance of this one {significance(gain)}"
+
+
+def sized(size: float, unit: str) -> str:
+    """Return a size of a channel [SI] with a readable unit.
+
+    >>> sized(2.957e-5, "m"), sized(4.67e-8, "m"), sized(8.8e-7, "rad"), sized(1.2e-4, "m/s")
+    ('29.6 um', '46.7 nm', '0.88 urad', '0.12 mm/s')
+    """
+    if unit == "rad":
+        return f"{1e6 * size:.3g} urad"
+    if unit == "m":
+        return show(size, "length", 3) if size >= 1e-7 else f"{1e9 * size:.3g} nm"
+    return f"{1e3 * size:.3g} mm/s"

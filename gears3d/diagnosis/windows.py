@@ -14,7 +14,7 @@ import numpy as np
 from gears3d.diagnosis.cause import table
 from gears3d.diagnosis.datums import moved, turn
 from gears3d.diagnosis.prediction import deviation, reading_error
-from gears3d.diagnosis.structure import Structure
+from gears3d.diagnosis.residual_patterns import Structure
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.pickup import Start, pick_up
 from gears3d.lumped.rigid import tooth

@@ -239,10 +239,10 @@ def _limits(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
 JUDGING = "what is left judging causes"
 """The stage that is there for causes outside the catalogue: without it they are tried, too."""
 STAGES: dict[str, tuple[tuple[str, Any], ...]] = {
-    "cutting anew": (("readied.AGAIN", 0),),
+    "cutting anew": (("pitch_error.RESEGMENTATIONS", 0),),
     "leaving out what is far off": (("search.FAR", (np.inf,)),),
     "scatter of restitution as noise": (("search.with_own_noise", list),),
-    JUDGING: (("diagnosis.upheld", lambda found, left: list(found.fit.causes)),),
+    JUDGING: (("residual_tests.drop_contradicted", lambda found, left: list(found.fit.causes)),),
     "laws of contact": (
         ("diagnosis.contact_law_of", lambda *_: EpisodeAnalysis(None, None)),
         ("diagnosis.contact_law_with_others", lambda _: None),

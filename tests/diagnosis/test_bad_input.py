@@ -244,7 +244,7 @@ def test_a_record_that_fails_by_itself_is_segmented_along_the_flanks_of_another_
             raise InputError(Fault("theta_loose_rad", "is not explained", "", file))
         return alone(known, rig, file, **more)
 
-    monkeypatch.setattr("gears3d.diagnosis.readied.segments_of", failing)
+    monkeypatch.setattr("gears3d.diagnosis.preprocessing.segments_of", failing)
     bench = load(BENCH, PLAIN)
     found = diagnose([admit(one, bench) for one in (bad, good)], bench)
     assert [one["name"] for one in found.records] == [str(bad), str(good)][-kept:]
@@ -258,11 +258,11 @@ def test_a_record_that_fails_by_itself_is_segmented_along_the_flanks_of_another_
 def test_a_law_of_speed_of_as_many_numbers_as_speeds_is_noted(laws, noted):
     from types import SimpleNamespace
 
-    from gears3d.diagnosis.grounds import of_speeds
+    from gears3d.diagnosis.validity import speed_notes
 
     flown = SimpleNamespace(flights=SimpleNamespace(time=np.zeros(3)))
     records = [SimpleNamespace(motion=SimpleNamespace(mean=mean), channels=flown) for mean in (5.0, 5.2, -9.0)]
     effects = [SimpleNamespace(kind=kind) for kind in laws]
-    found = of_speeds(records, effects)
+    found = speed_notes(records, effects)
     assert [note.kind for note in found] == ["few-speeds"] * noted
     assert not any(note.blocks for note in found)

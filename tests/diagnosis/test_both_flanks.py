@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import Candidate, Search, begin, contribution, ready
+from gears3d.diagnosis import Candidate, Search, begin, contribution, preprocess
 from gears3d.diagnosis.cause import fit
+from gears3d.diagnosis.pitch_error import whole_teeth
 from gears3d.diagnosis.prediction import SIDES, influence
-from gears3d.diagnosis.readied import whole_teeth
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
@@ -22,7 +22,7 @@ def record(tmp_path_factory):
     folder = tmp_path_factory.mktemp("flanks")
     hide(plan(31, (), records=1, duration=1.5, noise=0.003), folder)
     rig = load(folder / "rig.toml")
-    return ready(next(admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])))
+    return preprocess(next(admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])))
 
 
 def told(record, tooth, flank, size):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import ContactEnds
-from gears3d.diagnosis.kicked import thrown
+from gears3d.diagnosis.pitch_error import tooth_synchronous_contact_loss
 from gears3d.diagnosis.prediction import NEGLIGIBLE, influence
 from gears3d.gears import Gear, Pair
 
@@ -35,13 +35,13 @@ def _records(random, gear="loose", tooth=None, count=3, flank=0):
 
 @pytest.mark.parametrize(("gear", "tooth", "flank"), [("loose", 34, 0), ("drive", 11, 0), ("drive", 1, 1)])
 def test_the_tooth_that_throws_is_suspected(gear, tooth, flank):
-    (found,) = thrown(_records(np.random.default_rng(tooth), gear, tooth, flank=flank), ())
+    (found,) = tooth_synchronous_contact_loss(_records(np.random.default_rng(tooth), gear, tooth, flank=flank), ())
     assert (found.name, found.where) == (f"contact.tooth_{gear}", tooth)
 
 
 def test_ends_of_contact_anywhere_suspect_no_tooth():
     random = np.random.default_rng(3)
-    assert not any(thrown(_records(random), ()) for _ in range(50))
+    assert not any(tooth_synchronous_contact_loss(_records(random), ()) for _ in range(50))
 
 
 @pytest.mark.parametrize("order", [2, 7])
@@ -54,9 +54,9 @@ def test_an_order_that_throws_at_several_places_is_no_tooth(order):
         crest = 2.0 * np.pi * (random.integers(0, 40 * order, 120) / order) + 0.3 + random.normal(0.0, 0.02, 120)
         one.channels.contact_ends = ContactEnds(np.append(ends.drive, crest), np.append(ends.loose, crest * 31 / 53),
                                          np.append(ends.flank, np.zeros(120, int)))  # fmt: skip
-    assert thrown(made, ()) == []
+    assert tooth_synchronous_contact_loss(made, ()) == []
 
 
 def test_a_place_in_one_record_alone_is_that_of_its_speed():
     random = np.random.default_rng(4)
-    assert not thrown([*_records(random, count=2), *_records(random, tooth=7, count=1)], ())
+    assert not tooth_synchronous_contact_loss([*_records(random, count=2), *_records(random, tooth=7, count=1)], ())

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import added, loss_sigma, ready, residuals
+from gears3d.diagnosis import added, loss_sigma, preprocess, residuals
 from gears3d.diagnosis.evidence import _without_delay, evidence
-from gears3d.diagnosis.readied import delay_of
+from gears3d.diagnosis.pitch_error import without_teeth
+from gears3d.diagnosis.preprocessing import delay_of
 from gears3d.diagnosis.search import without_rolling, without_strays
-from gears3d.diagnosis.struck import without_teeth
 from gears3d.effects import catalogue
 from gears3d.measured.segmentation import measure
 from gears3d.recording import Recording
@@ -113,7 +113,7 @@ def test_flanks_are_cut_along_a_tooth_that_stands_out_once_it_is_known():
     came = SimpleNamespace(recording=played, rig=plain, file="", stated=frozenset({"mean", "harmonics"}))
     guess = catalogue()["pitch_error"](offset=30e-6, tooth=7)
     effect = catalogue()["pitch_error"](offset=20e-6, tooth=7)
-    seen = ready(came, 0.0, (guess,))
+    seen = preprocess(came, 0.0, (guess,))
     before = residuals(seen)["contact"]
     rest = before - added(seen, [effect], "contact")
     assert np.count_nonzero(np.abs(before) > 10.0) > 20

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis.evidence import Paths
-from gears3d.diagnosis.readied import ready
+from gears3d.diagnosis.preprocessing import preprocess
 from gears3d.diagnosis.resonance import simulated
 from gears3d.diagnosis.verdict import Named
 from gears3d.diagnosis.windows import PathErrors, path_errors
@@ -31,7 +31,7 @@ def bench(tmp_path_factory):
     rig = load(folder / "rig.toml")
     admitted = [admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])]
     torque = float(made.effects[0]["torque"].split()[0])
-    return admitted, [ready(one) for one in admitted], torque
+    return admitted, [preprocess(one) for one in admitted], torque
 
 
 def test_the_hidden_cause_predicts_the_path_and_a_wrong_one_is_refuted(bench):
@@ -79,7 +79,7 @@ def test_a_simulated_record_is_read_as_the_measured_one(bench):
     for name in ("theta_drive_rad", "theta_loose_rad"):
         steps = [np.diff(each[name], 2) for each in (columns, read)]
         assert np.std(steps[1]) == pytest.approx(np.std(steps[0]), rel=0.05)
-    flights = ready(made).channels.flights
+    flights = preprocess(made).channels.flights
     slow = [
         2.0 * np.polyfit(time - time.mean(), angle, 2)[0]
         for time, angle in zip(flights.time, flights.loose, strict=True)

@@ -8,7 +8,7 @@ import pytest
 from gears3d.diagnosis import BINS, project_out
 from gears3d.diagnosis.channels import FlickerNoise
 from gears3d.diagnosis.evidence import _fine_grid
-from gears3d.diagnosis.placing import placed, pulled
+from gears3d.diagnosis.residual_patterns import gap_deceleration, gap_pattern
 
 SPEEDS = (9.0, 14.0, 23.0)
 FLIGHTS, SIGMA, GAP = 90, 2e-6, 2e-4
@@ -51,7 +51,7 @@ def flights_under(seed, pull, speeds=SPEEDS):
 
 
 def _found(seed, pull=lambda tau, place, lasts: 0.0 * tau, speeds=SPEEDS):
-    return next(iter(placed(*flights_under(seed, pull, speeds))), None)
+    return next(iter(gap_pattern(*flights_under(seed, pull, speeds))), None)
 
 
 @pytest.mark.parametrize("reach", [0.06, 0.15, 0.3])
@@ -65,7 +65,7 @@ def test_a_pull_within_reach_of_a_flank_is_found_there(reach):
 
 
 def test_every_record_tells_the_curve_by_itself_and_what_holds_back_is_above_zero():
-    told = pulled(*flights_under(3, lambda tau, place, lasts: 30.0 * (place < 0.3)))
+    told = gap_deceleration(*flights_under(3, lambda tau, place, lasts: 30.0 * (place < 0.3)))
     near, far = (told.place > 0.1) & (told.place < 0.33), (told.place > 0.5) & (told.place < 0.95)
     for curve in (told.common, *told.own):
         assert curve[near].mean() - curve[far].mean() == pytest.approx(30.0, rel=0.2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import VelocityJumps
-from gears3d.diagnosis.pockets import LEAST, _teeth, on_both, pocket
+from gears3d.diagnosis.pitch_error import SHORT_GAIN, _short_teeth, on_both, short_tooth
 from gears3d.diagnosis.prediction import over_tooth
 from gears3d.effects import catalogue
 from gears3d.gears import Gear, Pair, ToothDeviation, quasi_static
@@ -41,7 +41,7 @@ def _records(random, gear="drive", tooth=1, flank=1, thickness=0.0, count=3, rou
     ("drive", 5, 1, 1.2e-4), ("loose", 7, 1, 1e-5), ("loose", 9, 0, 1.2e-4), ("drive", 31, 0, 8e-6),
 ])  # fmt: skip
 def test_the_tooth_is_told_no_deeper_than_it_is(gear, tooth, flank, depth, rounded):
-    found = pocket(_records(np.random.default_rng(tooth), gear, tooth, flank, -depth, rounded=rounded))
+    found = short_tooth(_records(np.random.default_rng(tooth), gear, tooth, flank, -depth, rounded=rounded))
     assert found is not None
     assert (found.effect.gear, found.effect.tooth) == (gear, tooth)
     assert found.effect.flank == ("active", "reverse")[flank]
@@ -52,20 +52,20 @@ def test_the_tooth_is_told_no_deeper_than_it_is(gear, tooth, flank, depth, round
 def test_the_tooth_that_it_always_meets_is_not_excluded():
     """At a ratio of 1 two teeth are always together, and no corner tells which of them stands back."""
     equal = Pair.from_backlash(Gear(3e-3, 31), Gear(3e-3, 31), 2e-4)
-    found = pocket(_records(np.random.default_rng(5), "drive", 5, 1, -1e-4, nominal=equal))
+    found = short_tooth(_records(np.random.default_rng(5), "drive", 5, 1, -1e-4, nominal=equal))
     assert found is not None
     (other,) = found.others
     told = {(one.gear, one.tooth) for one in (found.effect, other.causes[0].effect)}
     assert ("drive", 5) in told
     assert {gear for gear, _ in told} == {"drive", "loose"}
-    assert pocket(_records(np.random.default_rng(5), "drive", 5, 1, -1e-4)).others == ()
+    assert short_tooth(_records(np.random.default_rng(5), "drive", 5, 1, -1e-4)).others == ()
 
 
 def test_corners_on_the_flanks_tell_no_tooth():
     for seed in range(10):
         records = _records(np.random.default_rng(seed))
-        assert pocket(records) is None
-        assert max(one.gain for one in _teeth(records)) < 0.25 * LEAST  # not by a narrow margin
+        assert short_tooth(records) is None
+        assert max(one.gain for one in _short_teeth(records)) < 0.25 * SHORT_GAIN  # not by a narrow margin
 
 
 def test_corners_cut_wrongly_here_and_there_tell_no_tooth():
@@ -75,7 +75,7 @@ def test_corners_cut_wrongly_here_and_there_tell_no_tooth():
         for one in records:
             far = random.integers(0, 540, 12)
             one.channels.velocity_jumps.off[far] += random.uniform(-6e-5, 6e-5, 12)
-        assert pocket(records) is None
+        assert short_tooth(records) is None
 
 
 def _without(records, gear, tooth, flank):
@@ -91,20 +91,20 @@ def _without(records, gear, tooth, flank):
 def test_one_record_alone_tells_no_tooth():
     random = np.random.default_rng(6)
     others = _without(_records(random, count=2), "drive", 5, 1)
-    assert pocket([*others, *_records(random, "drive", 5, 1, -1e-4, count=1)]) is None
-    assert pocket([*others, *_records(random, "drive", 5, 1, -1e-4, count=2)]) is not None
+    assert short_tooth([*others, *_records(random, "drive", 5, 1, -1e-4, count=1)]) is None
+    assert short_tooth([*others, *_records(random, "drive", 5, 1, -1e-4, count=2)]) is not None
 
 
 def test_records_whose_flank_was_drawn_wrongly_tell_no_tooth():
     """All corners are off, those about one tooth as far as if it stood back, and nobody else has seen that tooth."""
     random = np.random.default_rng(7)
     others, wrong = _without(_records(random), "loose", 2, 1), _records(random, "loose", 2, 1, -2e-5, count=2)
-    assert pocket([*others, *wrong]) is not None
+    assert short_tooth([*others, *wrong]) is not None
     for one in wrong:
         seen = one.channels.velocity_jumps
         far = (seen.flank == 1) & (over_tooth(PAIR, "loose", 2, "reverse", -1.0, seen.loose) == 0.0)
         seen.off[far] += random.uniform(-5e-5, 5e-5, np.count_nonzero(far))
-    assert pocket([*others, *wrong]) is None
+    assert short_tooth([*others, *wrong]) is None
 
 
 def test_teeth_that_all_stand_back_are_no_single_one():
@@ -112,7 +112,7 @@ def test_teeth_that_all_stand_back_are_no_single_one():
     records = _records(random)
     for one in records:
         one.channels.velocity_jumps.off[:] += 1e-5 * np.cos(3.0 * one.channels.velocity_jumps.drive)
-    assert pocket(records) is None
+    assert short_tooth(records) is None
 
 
 def test_a_tooth_out_of_step_is_back_on_its_other_flank_where_corners_say_so():

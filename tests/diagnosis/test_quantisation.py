@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import BINS, Structure, diagnose, uncut
-from gears3d.diagnosis.quantisation import COARSE, alone, of_counts, quantum_of, shared
+from gears3d.diagnosis.residual_tests import (
+    COARSE_COUNT,
+    count_notes,
+    quantum_of,
+    single_record_note,
+    without_quantisation,
+)
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
@@ -35,7 +41,7 @@ def record(name, counts, blows):
 def test_of_all_benches_only_those_meant_to_be_are_coarse(part):
     for case in cases(part, 0, 1):
         quantum = quantum_of(uncut(case.plan().rig))
-        assert quantum > 2.0 * COARSE if part == "coarse" else quantum < 0.05 * COARSE
+        assert quantum > 2.0 * COARSE_COUNT if part == "coarse" else quantum < 0.05 * COARSE_COUNT
 
 
 def looked(records, rest):
@@ -60,11 +66,11 @@ def test_a_count_is_that_of_the_coarser_encoder_over_the_backlash():
 )
 def test_what_one_record_alone_has_is_told_of_fine_encoders_only(off, counts, told):
     records = [record(name, counts, 20) for name in "abc"]
-    assert (quantum_of(records[0]) > COARSE) is (counts == 8192)
+    assert (quantum_of(records[0]) > COARSE_COUNT) is (counts == 8192)
     rest = np.concatenate([np.full(20, each) for each in off])
-    same, odd = shared(records, rest, looked(records, rest), looked)
+    same, odd = without_quantisation(records, rest, looked(records, rest), looked)
     assert [len(same), len(odd)] == [int(told), int(not told)]
-    notes = of_counts(records, odd)
+    notes = count_notes(records, odd)
     assert [note.kind for note in notes] == [] if told else ["coarse-counts"]
 
 
@@ -76,7 +82,7 @@ def test_rebounds_like_those_before_them_are_told_of_fine_encoders_only():
 
     for counts, told in ((8192, 0), (1_000_000, 1)):
         records = [record(name, counts, 20) for name in "abc"]
-        assert len(shared(records, rest, alike(records, rest), alike)[0]) == told
+        assert len(without_quantisation(records, rest, alike(records, rest), alike)[0]) == told
 
 
 @pytest.mark.parametrize(
@@ -86,9 +92,9 @@ def test_a_cause_must_gain_without_the_record_in_which_it_gains_most(sizes, told
     records = [record(name, 8192, 20) for name in "abc"]
     own = np.repeat(np.abs(sizes), 20)
     rest = np.where(np.repeat(sizes, 20) < 0.0, -own, 0.0)  # where it is of the wrong sign it takes away nothing
-    monkeypatch.setattr("gears3d.diagnosis.quantisation.contribution", lambda *_: own)
+    monkeypatch.setattr("gears3d.diagnosis.residual_tests.contribution", lambda *_: own)
     cause = SimpleNamespace(effect=object(), candidate=SimpleNamespace(kind="restitution_speed"))
-    note = alone(records, rest, cause)
+    note = single_record_note(records, rest, cause)
     assert (note is not None) is told
     assert note is None or note.record == "a"
 
@@ -96,7 +102,7 @@ def test_a_cause_must_gain_without_the_record_in_which_it_gains_most(sizes, told
 def test_of_one_record_all_is_told():
     records = [record("a", 8192, 20), record("b", 8192, 0)]
     rest = np.full(20, 3.0)
-    assert len(shared(records, rest, looked(records, rest), looked)[0]) == 1
+    assert len(without_quantisation(records, rest, looked(records, rest), looked)[0]) == 1
 
 
 @pytest.mark.slow

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import BINS, project_out
-from gears3d.diagnosis.amiss import amiss
 from gears3d.diagnosis.channels import FlickerNoise
-from gears3d.diagnosis.ringing import rung
-from gears3d.diagnosis.structure import binned, parted, scanned
+from gears3d.diagnosis.residual_patterns import bin_pattern, flank_contrast, order_pattern, post_impact_ringing
+from gears3d.diagnosis.residual_tests import channel_chi2
 from tests.diagnosis.blind_tables import rate
 
 TURNS = (10, 20, 30)
@@ -20,7 +19,7 @@ def _scan(random, size=0.0, order=5.43):
     angles = [np.sort(random.uniform(0.0, 2.0 * np.pi * turns, POINTS)) for turns in TURNS]
     waves = [size * np.cos(order * angle + random.uniform(0.0, 2.0 * np.pi)) for angle in angles]
     value = random.normal(size=POINTS * len(TURNS)) + np.concatenate(waves)
-    return next(iter(scanned("flight.angle_loose", value, np.ones(len(value)), angles, 40, "rad/s^2")))
+    return next(iter(order_pattern("flight.angle_loose", value, np.ones(len(value)), angles, 40, "rad/s^2")))
 
 
 def test_noise_is_as_seldom_structure_as_its_chance_says():
@@ -45,7 +44,7 @@ def test_what_comes_back_with_the_drive_is_no_order():
     waves = [np.cos(6.2 * angle) for angle in angles]
     value = 0.3 * random.normal(size=POINTS * len(TURNS)) + np.concatenate(waves)
     told = [
-        next(iter(scanned("flight.angle_loose", value, np.ones(len(value)), angles, 40, "rad/s^2", known))).gain
+        next(iter(order_pattern("flight.angle_loose", value, np.ones(len(value)), angles, 40, "rad/s^2", known))).gain
         for known in ((), locked)
     ]
     assert told[1] < 0.1 * told[0]
@@ -55,13 +54,13 @@ def test_flanks_that_part_with_time_are_told_from_a_reading_that_drifts():
     random = np.random.default_rng(8)
     time, flank = random.uniform(0.0, 12.0, 4000), random.integers(0, 2, 4000)
     sure, noise = np.ones(4000), random.normal(size=4000)
-    parting = next(iter(parted("contact.time", noise + 0.3 * time * flank, sure, time, flank)))
-    drifting = next(iter(parted("contact.time", noise + 0.3 * time, sure, time, flank)))
+    parting = next(iter(flank_contrast("contact.time", noise + 0.3 * time * flank, sure, time, flank)))
+    drifting = next(iter(flank_contrast("contact.time", noise + 0.3 * time, sure, time, flank)))
     assert parting.chance < 1e-12
     assert parting.size == pytest.approx(0.3 * 12.0 / np.sqrt(12.0), rel=0.1)
     assert drifting.chance > 1e-4
     active = flank == 0
-    alone = next(iter(binned("sensor.ratio", (noise + 0.3 * time)[active], sure[active], time[active], "m")))
+    alone = next(iter(bin_pattern("sensor.ratio", (noise + 0.3 * time)[active], sure[active], time[active], "m")))
     assert alone.chance < 1e-12
 
 
@@ -86,11 +85,11 @@ def test_what_rings_after_blows_is_told_with_its_frequency_and_noise_rings_not(d
     )
     noise = random.normal(size=time.shape)
     sure = np.ones(len(time))
-    (found,) = rung([record] * 2, [project_out(ring / sigma + noise, free).ravel()] * 2, sure)
+    (found,) = post_impact_ringing([record] * 2, [project_out(ring / sigma + noise, free).ravel()] * 2, sure)
     assert found.chance < 1e-12
     assert found.where == pytest.approx(87.0, rel=0.01)
-    assert not list(rung([record], [project_out(ring / sigma + noise, free).ravel()], sure))
-    (found,) = rung([record] * 2, [project_out(noise, free).ravel()] * 2, sure)
+    assert not list(post_impact_ringing([record], [project_out(ring / sigma + noise, free).ravel()], sure))
+    (found,) = post_impact_ringing([record] * 2, [project_out(noise, free).ravel()] * 2, sure)
     assert found.chance > 1e-4
 
 
@@ -107,4 +106,4 @@ def test_a_channel_is_off_as_a_whole_and_not_by_a_few_strays(share, size, told):
         contacts=SimpleNamespace(time=rest, sigma=np.full(len(rest), 1e-6)),
     )  # fmt: skip
     record = SimpleNamespace(name="only", channels=channels, drive=none)
-    assert [one.name for one in amiss([record], rest)] == told
+    assert [one.name for one in channel_chi2([record], rest)] == told

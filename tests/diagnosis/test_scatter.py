@@ -9,9 +9,9 @@ import pytest
 
 from gears3d.diagnosis import Search, uncut
 from gears3d.diagnosis.channels import CensoredImpacts
-from gears3d.diagnosis.neighbours import alike
+from gears3d.diagnosis.residual_patterns import autocorrelation
+from gears3d.diagnosis.residual_tests import own_scatter
 from gears3d.diagnosis.restitution_scatter import Rebounds, rebounds, scatter, with_own_noise, working
-from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.verification.challenge import plan
 from tests.diagnosis.test_gap_laws import hidden, judged
 
@@ -100,9 +100,9 @@ def test_working_responses_have_slope_and_bend_of_the_likelihood():
 def test_rebounds_like_those_before_them_are_told():
     random = np.random.default_rng(2)
     white = [random.standard_normal(200) for _ in range(5)]
-    assert alike(white)[1] < 4.0
+    assert autocorrelation(white)[1] < 4.0
     turning = [one + np.cos(0.5 * np.pi * np.arange(200)) for one in white]
-    share, sigmas, lag = alike(turning)
+    share, sigmas, lag = autocorrelation(turning)
     assert sigmas > 6.0
     assert lag == 4
     assert 0.15 < share < 0.4

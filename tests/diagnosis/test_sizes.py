@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import CHANNELS, ready, residuals
+from gears3d.diagnosis import CHANNELS, preprocess, residuals
 from gears3d.diagnosis.heldout import splits
 from gears3d.diagnosis.prediction import rms_of, sigmas
 from gears3d.measured.checks import admit
@@ -19,7 +19,7 @@ def hidden(tmp_path_factory):
     made = plan(7, ("restitution_asymmetry",), records=3, duration=4.0, noise=0.003)
     hide(made, folder)
     rig = load(folder / "rig.toml")
-    records = [ready(admit(file, rig, chart)) for file, chart in files_of([folder / "record.toml"])]
+    records = [preprocess(admit(file, rig, chart)) for file, chart in files_of([folder / "record.toml"])]
     return records, made.effects[0]["asymmetry"]
 
 

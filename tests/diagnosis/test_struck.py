@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import VelocityJumps
+from gears3d.diagnosis.pitch_error import protruding_tooth
 from gears3d.diagnosis.prediction import NEGLIGIBLE, influence
-from gears3d.diagnosis.struck import struck
 from gears3d.gears import Gear, Pair
 
 PAIR = Pair.from_backlash(Gear(3e-3, 31), Gear(3e-3, 53), 2e-4)
@@ -55,16 +55,16 @@ def _records(random, which=None, size=6e-5, count=3, sizes=None):
 @pytest.mark.parametrize(("gear", "tooth", "flank"), [("drive", 1, 0), ("drive", 17, 1), ("loose", 53, 0)])
 def test_the_tooth_is_told_with_its_size_and_side(gear, tooth, flank, out):
     random = np.random.default_rng(tooth)
-    (found,) = struck(_records(random, (gear, tooth, flank, out)))
+    (found,) = protruding_tooth(_records(random, (gear, tooth, flank, out)))
     assert (found.gear, found.tooth, found.flank) == (gear, tooth, ("active", "reverse")[flank])
     assert abs(found.offset) == pytest.approx(6e-5, rel=5e-3)
     assert (found.offset > 0.0) == (out == (flank == 0))  # displaced forwards it stands out on its active flank
 
 
 def test_corners_on_the_flanks_tell_no_tooth():
-    assert not any(struck(_records(np.random.default_rng(seed))) for seed in range(10))
+    assert not any(protruding_tooth(_records(np.random.default_rng(seed))) for seed in range(10))
 
 
 def test_corners_at_all_depths_are_no_tooth_that_was_struck():
     random = np.random.default_rng(5)
-    assert struck(_records(random, ("drive", 8, 0, True), sizes=(5e-6, 1e-4))) == ()
+    assert protruding_tooth(_records(random, ("drive", 8, 0, True), sizes=(5e-6, 1e-4))) == ()

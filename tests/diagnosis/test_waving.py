@@ -8,7 +8,7 @@ import pytest
 from gears3d.diagnosis import BINS, project_out
 from gears3d.diagnosis.channels import FlickerNoise
 from gears3d.diagnosis.evidence import _fine_grid
-from gears3d.diagnosis.waving import waved
+from gears3d.diagnosis.residual_patterns import flight_order_spectrum
 from tests.diagnosis.blind_tables import rate
 
 SPEEDS = (9.0, 14.0, 23.0)
@@ -36,7 +36,7 @@ def _found(random, size=0.0, order=5.43, locked=(0.0, 0.0, 0.0), highest=40, **a
     seen = [_record(random, speed, size, order, **about) for speed in SPEEDS]
     records, rest = [one for one, _ in seen], [own for _, own in seen]
     angle = [one.fine[1] for one in records]
-    return next(iter(waved("flight.angle_loose", records, rest, angle, highest, locked)), None)
+    return next(iter(flight_order_spectrum("flight.angle_loose", records, rest, angle, highest, locked)), None)
 
 
 def _chance(found):
@@ -78,6 +78,6 @@ def test_an_order_that_most_records_bend_by_goes_before_one_that_gains_more_in_t
     seen += [_record(random, speed, 3.0, 1.9) for speed in (4.0, 4.6)]
     records, rest = [one for one, _ in seen], [own for _, own in seen]
     angle = [one.fine[1] for one in records]
-    (found,) = waved("flight.angle_loose", records, rest, angle, 40, [0.0] * 3 + [5.43, 5.43])
+    (found,) = flight_order_spectrum("flight.angle_loose", records, rest, angle, 40, [0.0] * 3 + [5.43, 5.43])
     assert found.where == pytest.approx(5.43, abs=0.02)
     assert found.size == pytest.approx(0.2 / np.sqrt(2.0), rel=0.1)

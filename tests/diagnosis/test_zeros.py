@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, ready
+from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, preprocess
 from gears3d.diagnosis.candidates import candidates, regressors_of
 from gears3d.diagnosis.datums import gear_of, moved, single_tooth, turn
 from gears3d.diagnosis.search import TOOTH_GAIN
@@ -52,7 +52,7 @@ def judged(folder, *about, **options):
 @pytest.fixture(scope="module")
 def record(tmp_path_factory):
     """A record as evidence."""
-    return ready(written(tmp_path_factory.mktemp("zeros"), (), 10101, records=1, duration=3.0)[0][0])
+    return preprocess(written(tmp_path_factory.mktemp("zeros"), (), 10101, records=1, duration=3.0)[0][0])
 
 
 def test_every_channel_with_angles_is_turned(record):

@@ -15,12 +15,12 @@ import pytest
 from PIL import Image
 
 from gears3d.cli.diagnose import print_diagnosis as show
-from gears3d.diagnosis import BINS, Resonance, Structure, extended_text, pulled
-from gears3d.diagnosis.amiss import amiss
+from gears3d.diagnosis import BINS, Resonance, Structure, extended_text, gap_deceleration
 from gears3d.diagnosis.cause import contribution, fit, table
 from gears3d.diagnosis.evidence import FINE, uncut
+from gears3d.diagnosis.residual_tests import channel_chi2
 from gears3d.diagnosis.search import blind
-from gears3d.diagnosis.verdict import judged
+from gears3d.diagnosis.verdict import classify
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.measured.checks import Finding
@@ -179,7 +179,7 @@ def test_a_pull_at_a_place_in_the_gap_is_drawn_over_that_place_with_a_line_a_rec
     picture = of_remains(SimpleNamespace(found=seen, rings=None), "flight.gap", 0.1)
     lines = picture.before["sets"]
     assert [line["look"] for line in lines] == ["flight"] * len(records) + ["active"]
-    told = pulled(records, rest)
+    told = gap_deceleration(records, rest)
     for line, curve in zip(lines, [*told.own, told.common], strict=True):
         assert line["x"] == pytest.approx(100.0 * told.place, rel=1e-6)
         assert np.corrcoef(line["y"], curve)[0, 1] > 0.99  # ends may be cut off by the frame
@@ -191,9 +191,9 @@ def test_a_channel_that_is_off_as_a_whole_remains_with_its_size(found):
     rest = search.fit.rest.copy()
     span = search.known.spans["contact"]
     rest[span] = np.clip(wide * np.random.default_rng(5).standard_normal(span.stop - span.start), -14.0, 14.0)
-    left = amiss(search.records, rest)
+    left = channel_chi2(search.records, rest)
     assert [one.name for one in left] == ["contact.all"]
-    verdict = judged(found.causes, left, found.power)
+    verdict = classify(found.causes, left, found.power)
     told = dataclasses.replace(found, verdict=verdict, left=tuple(left)).to_dict()
     assert told["verdict"] == "partly_explained"
     row = json.loads(json.dumps(told, allow_nan=False))["remaining"]
@@ -211,7 +211,7 @@ def test_a_channel_that_is_off_as_a_whole_remains_with_its_size(found):
 
 
 def test_channels_within_their_noise_do_not_remain(found):
-    assert amiss(found.found.records, found.found.fit.rest) == []
+    assert channel_chi2(found.found.records, found.found.fit.rest) == []
 
 
 def test_the_extended_rig_has_no_digits_beyond_its_intervals_and_tells_them(found):

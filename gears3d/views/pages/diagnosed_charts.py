@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis import deceleration_response, impact_sigma, in_units, loss_sigma, pulled
+from gears3d.diagnosis import deceleration_response, gap_deceleration, impact_sigma, in_units, loss_sigma
 from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.remains import channel_of
+from gears3d.diagnosis.residual_tests import channel_of
 from gears3d.views.pages.charts import series
 
 if TYPE_CHECKING:
@@ -333,7 +333,7 @@ def _pull(found: Diagnosis) -> Picture | None:
     """Return decelerations over the position in the gap: one line per record, and their common curve."""
     records, rest = found.found.records, found.found.fit.rest[found.found.known.spans["flight"]]
     cuts = np.cumsum([one.channels.flights.time.size for one in records])[:-1]
-    if (told := pulled(records, np.split(rest, cuts))) is None:
+    if (told := gap_deceleration(records, np.split(rest, cuts))) is None:
         return None
     across, ones = 100.0 * told.place, np.ones(len(told.place))
     lines = [Series("" if k else "each record", "flight", across, row - row.mean(), ones, line=True)

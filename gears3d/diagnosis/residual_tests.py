@@ -1,0 +1,436 @@
+"""Residual tests: patterns that no cause explains, and causes that these or held-out data contradict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from math import pi
+
+import numpy as np
+
+from gears3d.diagnosis.candidates import ACCEPT
+from gears3d.diagnosis.cause import Cause, contribution, fit, slopes_of
+from gears3d.diagnosis.channels import BINS
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.heldout import UNITS, refuted, splits
+from gears3d.diagnosis.prediction import CHANNELS, deceleration_response, impact_sigma, parts_of, rms_of
+from gears3d.diagnosis.preprocessing import Note
+from gears3d.diagnosis.residual_patterns import (
+    FEWEST_POINTS,
+    LAGS,
+    PIECES,
+    Structure,
+    autocorrelation,
+    bin_pattern,
+    clipped,
+    flank_contrast,
+    flight_order_spectrum,
+    gap_pattern,
+    noise_level,
+    order_pattern,
+    post_impact_ringing,
+)
+from gears3d.diagnosis.restitution_scatter import Scatter, scatter
+from gears3d.diagnosis.search import MOST_CAUSES, Search, keeping, next_cause
+
+Array = np.ndarray
+# Largest false alarm probability of a residual pattern.
+FALSE_ALARM = 1e-4
+# Largest residual pattern in the channel of a cause, relative to its gain there.
+REFUTING_SHARE = 0.25
+# Standard deviations of a contact loss that count as 100 %: errors of all other channels move it, too.
+LOSS_UNIT = 1e3
+# Size in units of the channel below which a pattern comes from segmentation: moments of contact loss, for example, are
+# late by a fraction of their sigma.
+SMALLEST_PATTERN = {"flight": 0.02, "contact": 0.002, "impact": 0.05, "loss": 1e-3, "drive": 0.002}
+# Minimum ratio of an order's gain, for rebounds, to that of the pattern over one revolution; below it the order is
+# attributed to that pattern.
+FOREIGN_ORDER = 1.5
+# Root mean square in standard deviations above which a channel is not explained. The right causes leave 1.5 at most in
+# blind tests.
+UNEXPLAINED = 3.0
+# Standard deviations at which a single point is clipped: 1 % wrongly segmented points must not flag a channel.
+CLIPPED_POINT = 15.0
+# Channels that are tested.
+TESTED_CHANNELS = ("flight", "contact", "drive")
+# Count on the base circle, relative to the backlash, above which encoders are coarse: over 20 times that of ordinary
+# test rigs, less than half of that of 8192 counts (tests/diagnosis/test_quantisation.py).
+COARSE_COUNT = 0.05
+# Residual pattern of counts in any record: they repeat with the motion, and so do the errors of earlier impacts.
+REPEATED_PATTERN = "impact.time"
+# Scatter of restitution, in units of the coefficient, that segmentation causes by itself.
+SEGMENTATION_SCATTER = 0.05
+# Minimum scatter of a record relative to that of all, and fraction of the records that must have it: it belongs to the
+# gears; in a few records only, it comes from segmentation.
+SAME_SCATTER, SCATTERING_RECORDS = 0.5, 0.5
+# Largest fraction of the residuals of impacts explained by patterns, for the rest to be called scatter.
+EXPLAINED_SHARE = 0.1
+
+
+def consistent_causes(
+    found: Search, highest: int, others: Sequence[Structure]
+) -> tuple[Search, list[Structure], list[Structure]]:
+    """Return a search without the causes that its residual patterns or held-out data contradict.
+
+    With the residual patterns, and those that coarse encoders cause; others: patterns that prevent the former test.
+    """
+    while True:
+        own, odd = _significant_patterns(found, highest)
+        left = [*others, *own]
+        kept = [] if others else drop_contradicted(found, left)
+        if len(kept) == len(found.fit.causes):
+            kept = drop_unpredictive(found)
+        if len(kept) == len(found.fit.causes):
+            return found, left, odd
+        found = keeping(found, kept)
+
+
+def whole_channels(found: Search, left: Sequence[Structure]) -> tuple[list[Structure], list[Structure]]:
+    """Return the channels that deviate as a whole, and those that coarse encoders cause; left: other patterns."""
+    off, odd = without_quantisation(
+        found.records, found.fit.rest, channel_chi2(found.records, found.fit.rest), channel_chi2
+    )
+    return off + [one for one in unused_candidate(found) if one.name not in {each.name for each in [*left, *off]}], odd
+
+
+def _significant_patterns(found: Search, highest: int) -> tuple[list[Structure], list[Structure]]:
+    """Return the residual patterns, and those that coarse encoders cause in one record."""
+
+    def looked(records: Sequence[Evidence], rest: np.ndarray) -> list[Structure]:
+        return [one for one in residual_tests(records, rest, highest) if one.chance < FALSE_ALARM]
+
+    return without_quantisation(found.records, found.fit.rest, looked(found.records, found.fit.rest), looked)
+
+
+def drop_contradicted(found: Search, left: Sequence[Structure]) -> list[Cause]:
+    """Return the causes that the records determine and that no residual pattern in their channels refutes."""
+    worth: dict[str, float] = {}
+    for one in left:
+        worth[channel_of(one.name)] = max(worth.get(channel_of(one.name), 0.0), one.worth)
+    spans = {name: found.known.spans[name] for name in worth}
+    taken = {name: float(found.base[span] @ found.base[span] - found.fit.rest[span] @ found.fit.rest[span])
+             for name, span in spans.items()}  # fmt: skip
+    bad = {name for name in worth if worth[name] > REFUTING_SHARE * max(taken[name], 1e-9)}
+    return [cause for cause in found.fit.causes
+            if not bad.intersection(cause.candidate.channels) and _is_determined(found.records, cause)]  # fmt: skip
+
+
+def _is_determined(records: Sequence[Evidence], cause: Cause) -> bool:
+    """Return whether records depend on a cause; not if it moves the restitution out of its range from 0 to 1."""
+    return any(bool(np.any(column)) for column in slopes_of(records, cause))
+
+
+def drop_unpredictive(found: Search) -> list[Cause]:
+    """Return the causes without the weakest of those that predict their channel worse than the rig as it is.
+
+    A law with as many numbers as there are speeds or revolutions fits anything; held-out data show that it is wrong.
+    """
+    causes = list(found.fit.causes)
+    if not causes or not (bad := refuted(splits(found.records, causes))):
+        return causes
+    parts = [contribution(found.records, [one.effect] if one.effect is not None else []) for one in causes]
+    touched = [any(np.any(part[found.known.spans[name]]) for name in bad) for part in parts]
+    gains = [fit(found.records, found.base, causes[:k] + causes[k + 1 :]).chi2 for k in range(len(causes))]
+    at = [k for k, own in enumerate(touched) if own]
+    weakest = min(at, key=lambda k: gains[k], default=None)
+    return [one for k, one in enumerate(causes) if k != weakest]
+
+
+def residual_tests(records: Sequence[Evidence], rest: Array, highest: int) -> list[Structure]:
+    """Return the residual patterns over each coordinate, those of the channel of largest residuals first.
+
+    rest: (n,).
+    """
+    parts = parts_of(records, rest)
+    found = [*_flight(records, parts, highest), *_contact(records, parts, highest), *_impact(records, parts, highest),
+             *_loss(records, parts), *_drive(records, parts)]  # fmt: skip
+    looked, units = max(len(found), 1), _units(records)
+    found = [one._replace(chance=min(1.0, one.chance * looked)) for one in found]
+    found = [one for one in found if one.size > SMALLEST_PATTERN[channel_of(one.name)] * units[channel_of(one.name)]]
+    large: dict[str, float] = dict.fromkeys(CHANNELS, 0.0)
+    for one in found:
+        name = channel_of(one.name)
+        large[name] = max(large[name], one.size / units[name])
+    return sorted(found, key=lambda one: (-large[channel_of(one.name)], -(one.rank or one.worth)))
+
+
+def channel_of(name: str) -> str:
+    """Return the channel of a structure by its name.
+
+    >>> channel_of("contact.loss_phase"), channel_of("sensor.delay"), channel_of("flight.speed")
+    ('loss', 'contact', 'flight')
+    """
+    own = {"contact.loss_phase": "loss", "sensor.order_drive": "drive", "impact.duration": "flight"}
+    own |= dict.fromkeys(("sensor.delay", "sensor.ratio"), "contact")
+    return own.get(name, name.split(".")[0])
+
+
+def _units(records: Sequence[Evidence]) -> dict[str, float]:
+    """Return the size of 100 % in each channel: drag, backlash, rebound, one sigma, and the angle of the backlash."""
+    rig = records[0].rig
+    speeds = np.concatenate([np.abs(one.channels.impacts.velocity) for one in records])
+    rebound = max(rig.restitution, 0.1) * float(np.median(speeds)) if len(speeds) else 1.0
+    slowing = max(rig.drag_torque / rig.inertia, 1e-6)
+    angle = rig.backlash / rig.base_radius_drive
+    return {"flight": slowing, "contact": rig.backlash, "impact": rebound, "loss": LOSS_UNIT, "drive": angle}
+
+
+def worst_record(parts: Sequence[Array]) -> int:
+    """Return the index of the record of largest residuals, in standard deviations.
+
+    >>> worst_record([np.ones(3), np.zeros(0), np.full(2, -2.0)])
+    2
+    """
+    return int(np.argmax([float(np.mean(part**2)) if part.size else 0.0 for part in parts]))
+
+
+def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
+    """Return patterns of the residual deceleration of each flight over its speed, angles, and time."""
+    slow, weight, columns, flown, own = [], [], [], [], []
+    for one, rest in zip(records, parts["flight"], strict=True):
+        flights = one.channels.flights
+        if not len(flights.time):
+            continue
+        shape = deceleration_response(one)
+        square = np.sum(shape**2, axis=1)
+        slow.append(np.sum(shape * rest.reshape(-1, BINS), axis=1) / square)
+        weight.append(np.sqrt(square))
+        columns.append(np.stack([one.fine[0].mean(axis=1), one.fine[2].mean(axis=1)]))
+        flown.append(one)
+        own.append(rest)
+    if not slow:
+        return
+    value, sure = np.concatenate(slow), np.concatenate(weight)
+    time, speed = np.concatenate(columns, axis=1)
+    record = np.repeat(np.arange(len(columns)), [one.shape[1] for one in columns])
+    for name, coordinate in (("flight.speed", speed), ("flight.time", time)):
+        yield from bin_pattern(name, value, sure, coordinate, "rad/s^2", record=record)
+    driven = [np.interp(one.fine[0], one.channels.drive.time, one.channels.drive.angle) for one in flown]
+    for gear, angle in (("loose", [one.fine[1] for one in flown]), ("drive", driven)):
+        yield from flight_order_spectrum(
+            f"flight.angle_{gear}", flown, own, angle, highest, _fluctuation_orders(flown, gear)
+        )
+    yield from gap_pattern(records, parts["flight"])
+    yield from post_impact_ringing(records, parts["flight"], sure)
+
+
+def _fluctuation_orders(records: Sequence[Evidence], gear: str) -> list[float]:
+    """Return the order of the drive's strongest fluctuation in each record, 0 without one.
+
+    Rattle repeats with that one; all whole orders are multiples of a weak harmonic at order 1 of the drive.
+    """
+    ratio = {"drive": 1.0, "loose": records[0].radii[0] / records[0].radii[1]}[gear] if records else 1.0
+    return [_strongest_harmonic(one.motion.harmonics) / max(abs(one.motion.mean) * ratio, 1e-9) for one in records]
+
+
+def _strongest_harmonic(harmonics: Array) -> float:
+    """Return the angular frequency of the harmonic of greatest speed [rad/s], 0 without any."""
+    if not len(harmonics):
+        return 0.0
+    cosine, sine, turn = harmonics.T
+    return float(turn[np.argmax(np.hypot(cosine, sine) * turn)])
+
+
+def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
+    seen = [one.channels.contacts for one in records]
+    value = np.concatenate([rest * one.sigma for one, rest in zip(seen, parts["contact"], strict=True)])
+    sure = np.concatenate([1.0 / one.sigma for one in seen])
+    for gear in ("drive", "loose"):
+        angles = [getattr(one, gear) for one in seen]
+        yield from order_pattern(
+            f"contact.order_{gear}", value, sure, angles, highest, "m", _fluctuation_orders(records, gear)
+        )
+    speed = np.concatenate([one.motion.speed(one.channels.contacts.time) for one in records])
+    yield from bin_pattern("sensor.delay", value, sure, speed, "m")
+    time, flank = (np.concatenate([getattr(one, name) for one in seen]) for name in ("time", "flank"))
+    active = flank == 0
+    yield from bin_pattern("sensor.ratio", value[active], sure[active], time[active], "m")
+    yield from flank_contrast("contact.time", value, sure, time, flank)
+
+
+def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
+    """Return patterns of rebounds; residuals of undetected ones are below their errors, so errors are not reduced."""
+    seen = [one.channels.impacts for one in records]
+    sigma = np.concatenate([impact_sigma(one) for one in records])
+    value, sure = np.concatenate(parts["impact"]) * sigma, 1.0 / sigma
+    speed, flank = (np.concatenate([getattr(one, name) for one in seen]) for name in ("velocity", "flank"))
+    approach = np.concatenate([_approach(one) for one in records])
+    record = np.repeat(np.arange(len(seen)), [len(one.time) for one in seen])
+    yield from bin_pattern("impact.speed", value, sure, approach, "m/s", least=1.0, record=record)
+    yield from bin_pattern("impact.flank", value, sure, flank.astype(float), "m/s", 2, 1.0, record)
+    usual = float(np.median(np.abs(speed))) if len(speed) else 1.0
+    share = usual / np.maximum(np.abs(speed), 1e-9)  # change of restitution at the median speed
+    value, sure = np.where(flank == 0, 1.0, -1.0) * value * share, sure / share
+    teeth, orders = [], []
+    for gear in ("drive", "loose"):
+        turns = [getattr(one, gear) for one in seen]
+        over = np.mod(np.concatenate(turns), 2.0 * np.pi)
+        teeth += bin_pattern("impact.tooth", value, sure, over, "m/s", 3 * PIECES, 1.0, record)
+        orders += order_pattern(
+            f"impact.order_{gear}", value, sure, turns, highest, "m/s", _fluctuation_orders(records, gear), 1.0
+        )
+    most = max((one.gain for one in teeth), default=np.inf)
+    yield from [one for one in orders if one.gain > FOREIGN_ORDER * most] or teeth
+    yield from _rebound_autocorrelation(value, sure, [len(one.time) for one in seen])
+
+
+def _approach(one: Evidence) -> Array:
+    """Return approach speeds [m/s] with errors independent of those of e times speed minus rebound."""
+    seen, e = one.channels.impacts, one.rig.restitution
+    share = e * (seen.velocity_sigma / seen.rebound_sigma) ** 2
+    return (np.abs(seen.velocity) + share * np.abs(seen.rebound)) / (1.0 + share * e)
+
+
+def _rebound_autocorrelation(value: Array, sure: Array, sizes: list[int]) -> Iterator[Structure]:
+    """Return the pattern of restitution that rebounds share with those shortly before them, of any origin."""
+    from scipy.special import log_ndtr
+
+    if len(value) < FEWEST_POINTS:
+        return
+    level = max(noise_level(value * sure), 1.0)
+    kept = clipped(value, sure / level) * sure / level
+    share, sigmas, lag = autocorrelation(np.split(kept - np.mean(kept), np.cumsum(sizes)[:-1]))
+    size = float(np.sqrt(max(share, 0.0)) * level / np.sqrt(np.mean(sure**2)))
+    gain = share * float(kept @ kept)
+    yield Structure("impact.time", gain, min(1.0, len(LAGS) * float(np.exp(log_ndtr(-sigmas)))), size, "m/s",
+                    float(lag), gain * level**2)  # fmt: skip
+
+
+def _loss(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
+    value = np.concatenate(parts["loss"])
+    speed = np.concatenate([one.motion.speed(one.channels.losses.time) for one in records])
+    record = np.repeat(np.arange(len(records)), [len(part) for part in parts["loss"]])
+    yield from bin_pattern("contact.loss_phase", value, np.ones_like(value), speed, "sigma", least=1.0, record=record)
+
+
+def _drive(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
+    seen = [one.drive for one in records]
+    value = np.concatenate([rest * one.sigma for one, rest in zip(seen, parts["drive"], strict=True)])
+    sure = np.concatenate([np.full(len(one.time), 1.0 / one.sigma) for one in seen])
+    yield from order_pattern("sensor.order_drive", value, sure, [one.angle for one in seen], 8, "rad")
+
+
+def unused_candidate(found: Search) -> list[Structure]:
+    """Return the remaining candidate where a search ended at the maximum number of causes and would accept one more."""
+    if len(found.fit.causes) < MOST_CAUSES or (one := next_cause(found)) is None:
+        return []
+    name = one.candidate.channels[0]
+    off = _whole_channel(found.records, found.fit.rest, name)
+    return [] if off is None else [off]
+
+
+def channel_chi2(records: Sequence[Evidence], rest: Array) -> list[Structure]:
+    """Return the channels whose residuals stay far above their noise with all causes, largest first.
+
+    One ``CHANNEL.all`` each, with the root mean square of its points and no place; rest: (n,).
+    """
+    found = [off for name in TESTED_CHANNELS if (off := _whole_channel(records, rest, name, UNEXPLAINED)) is not None]
+    return sorted(found, key=lambda one: -one.gain)
+
+
+def _whole_channel(records: Sequence[Evidence], rest: Array, name: str, far: float = 0.0) -> Structure | None:
+    """Return a channel as a whole; ``None`` where its root mean square is below a number of standard deviations."""
+    own = [np.clip(part, -CLIPPED_POINT, CLIPPED_POINT) for part in parts_of(records, rest)[name]]
+    whole = np.concatenate([np.zeros(0), *own])
+    if not whole.size or float(np.mean(whole**2)) <= far**2:
+        return None
+    gain = max(float(whole @ whole) - whole.size, 0.0)
+    size, worst = rms_of(whole, records, name), records[worst_record(own)].name
+    return Structure(f"{name}.all", gain, 0.0, size, UNITS[name], float("nan"), gain, worst)
+
+
+# Without noise that dithers the counts, the reading errors repeat while the count rate is commensurate with the
+# sampling rate: in a complete record at such a speed, and in no other.
+
+
+def quantum_of(one: Evidence) -> float:
+    """Return a count of the coarser encoder on its base circle, relative to the backlash; 0 without counts."""
+    sensors = one.scenario.sensors
+    counts = (sensors.drive.counts_per_revolution, sensors.loose.counts_per_revolution)
+    steps = [2.0 * pi * radius / count for radius, count in zip(one.radii, counts, strict=True) if count]
+    return max(steps, default=0.0) / one.rig.backlash
+
+
+def are_coarse(records: Sequence[Evidence]) -> bool:
+    """Return whether encoders are coarse in any of some records."""
+    return max(map(quantum_of, records)) > COARSE_COUNT
+
+
+def without_quantisation(
+    records: Sequence[Evidence],
+    rest: Array,
+    left: Sequence[Structure],
+    looked: Callable[[Sequence[Evidence], Array], Sequence[Structure]],
+) -> tuple[list[Structure], list[Structure]]:
+    """Return the residual patterns of the gears, and those that coarse encoders may cause.
+
+    The latter vanish without the record of largest residuals, or are correlations of rebounds with earlier ones; rest:
+    (n,).
+    """
+    if not left or not are_coarse(records):
+        return list(left), []
+    kept: set[str] = set()
+    for channel in {channel_of(one.name) for one in left}:
+        others = _without_farthest(records, rest, channel)
+        there = {one.name for one in (left if others is None else looked(*others)) if one.name != REPEATED_PATTERN}
+        kept |= {one.name for one in left if channel_of(one.name) == channel and one.name in there}
+    return [one for one in left if one.name in kept], [one for one in left if one.name not in kept]
+
+
+def _without_farthest(
+    records: Sequence[Evidence], rest: Array, channel: str
+) -> tuple[Sequence[Evidence], Array] | None:
+    """Return data without the record of largest residuals; ``None`` if no other has points in the channel."""
+    parts = parts_of(records, rest)
+    worst = worst_record(parts[channel])
+    if not any(own.size for k, own in enumerate(parts[channel]) if k != worst):
+        return None
+    others = [one for k, one in enumerate(records) if k != worst]
+    some = [own for name in CHANNELS for k, own in enumerate(parts[name]) if k != worst]
+    return others, np.concatenate(some)
+
+
+def single_record_note(records: Sequence[Evidence], rest: Array, cause: Cause) -> Note | None:
+    """Return a note if a cause depends on one of several records of coarse encoders alone, else ``None``.
+
+    rest: (n,).
+    """
+    if cause.effect is None or len(records) < 2:
+        return None
+    own = contribution(records, [cause.effect])
+    parts = parts_of(records, own * (own + 2.0 * rest))
+    gains = np.array([sum(float(np.sum(parts[name][k])) for name in CHANNELS) for k in range(len(records))])
+    if float(np.sum(gains) - np.max(gains)) >= ACCEPT:
+        return None
+    best = records[int(np.argmax(gains))].name
+    return _count_note(records, f"the deviations that indicate {cause.candidate.kind} in this record only", best)
+
+
+def count_notes(records: Sequence[Evidence], gone: Sequence[Structure]) -> list[Note]:
+    """Return notes on the residual patterns that are not attributed to the gears."""
+    names = sorted({one.name for one in gone})
+    return [_count_note(records, f"the residual patterns {', '.join(names)}", "")] if names else []
+
+
+def _count_note(records: Sequence[Evidence], what: str, record: str) -> Note:
+    size = max(map(quantum_of, records))
+    text = f"one count of the encoders is {100.0 * size:.2g} % of the backlash: quantisation may cause {what}"
+    return Note("coarse-counts", text, "record at other speeds, or with finer encoders", record)
+
+
+def own_scatter(records: Sequence[Evidence], found: Search, left: Sequence[Structure]) -> Scatter | None:
+    """Return the scatter of restitution about the prediction with causes; ``None`` without any, or if it follows a law.
+
+    Rebounds that depend on angles, speed, flank or earlier rebounds do not scatter: an unknown variable causes them.
+    """
+    effects = [cause.effect for cause in found.fit.causes if cause.effect is not None]
+    spread = scatter(records, effects)
+    unit = max(found.records[0].rig.restitution, 0.1)
+    if spread is None or spread.gain < ACCEPT or spread.value < SEGMENTATION_SCATTER * unit:
+        return None
+    own = np.array([each.value for one in records if (each := scatter([one], effects)) is not None])
+    like = (own > SAME_SCATTER * spread.value) & (own < spread.value / SAME_SCATTER)
+    if len(own) and float(np.mean(like)) < SCATTERING_RECORDS:
+        return None
+    rest = found.fit.rest[found.known.spans["impact"]]
+    worth = max((one.worth for one in left if channel_of(one.name) == "impact"), default=0.0)
+    return spread if worth < EXPLAINED_SHARE * float(rest @ rest) else None
