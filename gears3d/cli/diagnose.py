@@ -121,7 +121,7 @@ def _write(found: Diagnosis, out: Path, made: dict[str, Any]) -> None:
 def _replay(found: Diagnosis, admitted: Sequence[Admitted], file: Path) -> str:
     """Write the replay and return a line about it; where that fails, report the reason and remove an earlier replay."""
     from gears3d.cli.progress import bars
-    from gears3d.diagnosis.stretch import stretch
+    from gears3d.diagnosis.excerpt import excerpt
     from gears3d.errors import GearsError
     from gears3d.views.replay.side_by_side import beside, off
     from gears3d.views.replay.write import require_rerun
@@ -130,7 +130,7 @@ def _replay(found: Diagnosis, admitted: Sequence[Admitted], file: Path) -> str:
         tick = track("replay", 2.0)
         try:
             require_rerun()
-            made = stretch(found, admitted)
+            made = excerpt(found, admitted)
             tick(1.0)
             beside(made, tuple(cause.kind for cause in found.causes), file)
             tick(2.0)

@@ -18,10 +18,8 @@ if TYPE_CHECKING:
 Array = np.ndarray
 # Points of a flight.
 BINS = 12
-# Approximate number of contact points of a record.
-CONTACT = 4000
-# Approximate number of points of the drive's motion of a record.
-DRIVE = 4000
+# Approximate number of points of a record in contact, and of its drive's motion.
+POINTS = 4000
 # Largest movement, in its noise, over this many blocks before and after, of a point off both flanks that counts as
 # contact.
 STILL, BLOCKS = 6.0, 4
@@ -322,7 +320,7 @@ def _contacts(cut: Segments) -> tuple[Contacts, int]:
     first = np.searchsorted(path.time, table["start_s"] + spare)
     stop = np.searchsorted(path.time, table["end_s"] - spare)
     total = int(np.sum(np.maximum(stop - first, 0)))
-    few = max(total // CONTACT, 1)
+    few = max(total // POINTS, 1)
     spans = [a + np.arange(max(b - a, 0) // few * few) for a, b in zip(first, stop, strict=True)]
     at = np.concatenate([*spans, np.zeros(0, int)]).reshape(-1, few)
     time, drive, loose, place = (values[at].mean(axis=1) for values in (path.time, path.drive, path.loose, path.place))
@@ -420,7 +418,7 @@ def _angles(cut: Segments, time: Array) -> tuple[Array, Array]:
 
 def _drive(cut: Segments) -> Drive:
     reading = cut.track.readings[0]
-    few = max(len(reading.time) // DRIVE, 1)
+    few = max(len(reading.time) // POINTS, 1)
     count = len(reading.time) // few
     time, angle = (x[: count * few].reshape(count, few).mean(axis=1) for x in (reading.time, reading.angle))
     sigma = float(np.median(reading.sigma)) / np.sqrt(few)

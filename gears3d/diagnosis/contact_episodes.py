@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause
+from gears3d.diagnosis.cause import SLOPE_STEP, Cause
 from gears3d.diagnosis.prediction import deviation, torque
 from gears3d.effects import Code, Row
 from gears3d.errors import InputError
@@ -49,8 +49,6 @@ ROUNDS = 12
 CLIPPED_EPISODE = 25.0
 # Relative change of the cost that ends the fit.
 CONVERGED = 1e-3
-# Step of a number in units, for slopes.
-SLOPE_STEP = 1e-3
 # Steps of place [m] and speed [m/s], for slopes.
 START_STEPS = (1e-7, 1e-4)
 # Largest step of a number in a round, in units or in its natural logarithm.

@@ -56,7 +56,6 @@ from gears3d.results import Result
 from gears3d.scenario import Scenario, load
 from gears3d.units import show
 
-Array = np.ndarray
 # Highest order that is searched, unless the numbers of teeth require more.
 HIGHEST_ORDER = 40
 _NO_ENGINE_CHECK = EngineCheck(

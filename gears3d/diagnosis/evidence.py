@@ -53,19 +53,6 @@ class Motion:
     mean: float
     harmonics: Array
 
-    def acceleration(self, time: Array, extra: tuple[Row, ...] = ()) -> Array:
-        """Return the drive's acceleration [rad/s²], with the motions of effects added.
-
-        time: [s], (n,).
-        """
-        total = np.zeros_like(time)
-        for cosine, sine, turn in self.harmonics:
-            total -= turn**2 * (cosine * np.cos(turn * time) + sine * np.sin(turn * time))
-        for row in extra:
-            turn = 2.0 * pi * row.p[1]
-            total += row.p[0] * turn * np.cos(turn * time + row.p[2])
-        return total
-
     def speed(self, time: Array) -> Array:
         """Return the drive's speed [rad/s] at times (n,) [s]."""
         total = np.full_like(time, self.mean)

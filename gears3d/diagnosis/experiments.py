@@ -23,15 +23,12 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.search import Rival, Search
     from gears3d.scenario import Scenario
 
-Array = np.ndarray
 # Maximum number of pairs of a cause and a competing hypothesis for which runs are proposed.
 PAIRS = 3
 # Duration of a proposed run [s].
 LASTS = 12.0
 # Minimum simulated duration of it, in seconds and in periods of the drive.
 TWIN, PERIODS = 3.0, 8.0
-# Tried factors of the drive's amplitude and frequency.
-SWINGS = ((2.0, 1.0, "amplitude twice"), (0.7, 1.0, "amplitude 0.7 times"), (1.0, 1.6, "frequency 1.6 times"))
 # Duration ratio of the run that is only longer.
 LONG = 5
 

@@ -45,23 +45,25 @@ Array = np.ndarray
 RESEGMENTATIONS = 2
 # Maximum number of single teeth of the flanks in a re-segmentation.
 MOST_TEETH = 2
-# Probability, anywhere in the search, below which a number of corners off the flank on one tooth is significant.
+# Probability, anywhere in the search, below which a number of velocity jumps off the flank on one tooth, or of contact
+# ends at one place, is significant.
 CHANCE = 1e-6
-# Minimum distance of a corner from its flank, in standard deviations.
+# Minimum distance of a velocity jump from its flank, in standard deviations.
 OFF_FLANK = 8.0
-# Ratio of the displacement to the thickness of a tooth above which its corners determine the thickness.
+# Ratio of the displacement to the thickness of a tooth above which its velocity jumps determine the thickness.
 FULL_INFLUENCE = 0.9
-# Minimum number of corners on a tooth for its thickness.
+# Minimum number of velocity jumps on a tooth for its thickness.
 FEWEST_JUMPS = 4
-# Largest median deviation of the corners from the thickness, relative to it.
+# Largest median deviation of the velocity jumps from the thickness, relative to it.
 AGREEMENT = 0.1
-# Minimum fraction of deviating corners on a tooth; with fewer, the tooth does not protrude.
+# Minimum fraction of deviating velocity jumps on a tooth; with fewer, the tooth does not protrude.
 MOSTLY = 0.5
 # Smallest reported probability, as the chi-square with 2 degrees of freedom.
 SMALLEST_CHANCE = 1e-300
 # Bins per pitch; a window has as many.
 BINS_PER_PITCH = 2
-# Minimum distance in pitches of a second place with as many ends: an order of the gear has several places.
+# Distance in pitches beyond which another tooth, or a second place with as many contact ends, is distinguishable: an
+# order of the gear has several places.
 AWAY = 3
 # Displacement of the other gear, relative to the thickness of a tooth, at which the contact loss begins.
 LOSS_BEGINS = 0.02
@@ -69,14 +71,14 @@ LOSS_BEGINS = 0.02
 MISSING_DEPTH = 1.0
 # Tried depths, relative to the backlash.
 TRIED_DEPTHS = tuple(np.geomspace(0.003, 0.6, 200))
-# Largest chi-square of a corner: a wrongly segmented path may have it anywhere.
+# Largest chi-square of a velocity jump: a wrongly segmented path may have it anywhere.
 CLIPPED = 64.0
-# Minimum chi-square gain of a tooth, above that of a single corner, and the same without the best record: without a
-# short tooth the largest gain is at most 25 % of that (tests/diagnosis/test_pockets.py).
+# Minimum chi-square gain of a tooth, above that of a single velocity jump, and the same without the best record:
+# without a short tooth the largest gain is at most 25 % of that (tests/diagnosis/test_pockets.py).
 SHORT_GAIN, SHORT_GAIN_OF_OTHERS = 70.0, 30.0
 # Minimum ratio of its gain to that of any tooth elsewhere on its flank.
 SINGLE = 2.0
-# Minimum number of improved corners of a tooth, each moved by at least that many standard deviations.
+# Minimum number of improved velocity jumps of a tooth, each moved by at least that many standard deviations.
 FEWEST_IMPROVED, CLEARLY_MOVED = 3, 3.0
 # Fall of the gain from its maximum with a probability of 5 % (chi-square, one degree of freedom).
 DEPTH_FALL = 3.84
@@ -112,9 +114,10 @@ def search_with_resegmentation(
         timely = aligned_search([_resegmented(came[one.name], one, late, (), paths) for one in records], highest)
         if _found_delay(timely[1]):
             delay, (records, found) = late, timely
-    deep, before = None if protruding_tooth(records) else short_tooth(records), (records, found)
+    short, before = None if protruding_tooth(records) else short_tooth(records), (records, found)
+    beyond = () if short is None else (short.effect,)
     for _ in range(RESEGMENTATIONS):
-        teeth = (*known, *_unknown_teeth(known, protruding_tooth(records))) or _effects_of(deep) or single_teeth(found)
+        teeth = (*known, *_unknown_teeth(known, protruding_tooth(records))) or beyond or single_teeth(found)
         teeth = tuple(on_both(records, one) for one in teeth)
         if _identities(teeth) <= _identities(known):
             break
@@ -123,14 +126,14 @@ def search_with_resegmentation(
         records = [_resegmented(came[one.name], one, delay, known, paths) for one in records]
         tell("searching for causes", 0.7)
         records, found = aligned_search(
-            records, highest, [as_cause(one, records[0].rig.backlash) for one in known if deep is None]
+            records, highest, [as_cause(one, records[0].rig.backlash) for one in known if short is None]
         )
     named = _identities(single_teeth(found)) | _identities(single_teeth(before[1]))
-    if deep is None and not named & _identities(known):
+    if short is None and not named & _identities(known):
         return *before, None  # the candidate is not a tooth
-    if deep is not None:  # the search finds a depth that contradicts the observed approach
+    if short is not None:  # the search finds a depth that contradicts the observed approach
         found = keeping(found, [one for one in found.fit.causes if one.candidate.kind != "pitch_error"])
-    return records, whole_teeth(found), deep
+    return records, whole_teeth(found), short
 
 
 def whole_teeth(found: Search) -> Search:
@@ -157,10 +160,6 @@ def _unknown_teeth(known: Sequence[Any], found: Sequence[Any]) -> Sequence[Any]:
     """Return teeth that are not known already: further deviations of known ones come from segmentation."""
     there = {(one.gear, one.tooth) for one in known}
     return [one for one in found if (one.gear, one.tooth) not in there]
-
-
-def _effects_of(deep: ShortTooth | None) -> tuple[Any, ...]:
-    return () if deep is None else (deep.effect,)
 
 
 def _identities(teeth: Sequence[Any]) -> set[tuple[str, int, bool]]:
@@ -203,7 +202,7 @@ def protruding_tooth(records: Sequence[Evidence]) -> tuple[Any, ...]:
 
 
 class _ProtrudingTooth(NamedTuple):
-    """Tooth with deviating corners: surplus of those that agree, probability, distance [m], sign."""
+    """Tooth with deviating velocity jumps: surplus of those that agree, probability, distance [m], sign."""
 
     worth: int
     chance: float
@@ -215,14 +214,14 @@ class _ProtrudingTooth(NamedTuple):
 
 
 def _all_jumps(records: Sequence[Evidence]) -> VelocityJumps:
-    """Return the corners of all records."""
+    """Return the velocity jumps of all records."""
     return VelocityJumps(
         *(np.concatenate(column) for column in zip(*(one.channels.velocity_jumps for one in records), strict=True))
     )
 
 
 def _jumps_on(seen: VelocityJumps, pair: Pair, which: tuple[Gear, int, int, bool]) -> tuple[Array, ...]:
-    """Return thicknesses by the corners on a tooth, whether these deviate, and which of all deviate and miss it."""
+    """Return thicknesses by the jumps on a tooth, whether these deviate, and which of all jumps deviate and miss it."""
     gear, tooth, flank, out = which
     mine = (seen.flank == flank) & np.isfinite(seen.off)  # a flank without an estimate has no place
     own = (seen.drive if gear == "drive" else seen.loose)[mine]
@@ -233,7 +232,7 @@ def _jumps_on(seen: VelocityJumps, pair: Pair, which: tuple[Gear, int, int, bool
 
 
 def _protruding_teeth(records: Sequence[Evidence]) -> Iterator[_ProtrudingTooth]:
-    """Generate the teeth on which enough corners agree."""
+    """Generate the teeth on which enough velocity jumps agree."""
     from scipy.stats import binom
 
     pair, seen = records[0].pair, _all_jumps(records)
@@ -338,9 +337,9 @@ def _peak(records: Sequence[Evidence], gear: Gear, flank: int) -> _Peak | None:
     )
 
 
-# If few contact episodes reach a flank, and the gear never rests on it, corners are the only observation. They identify
-# the tooth, but bound its depth only from below: gears approach no further than neighbouring teeth allow, and a corner
-# is rounded by the averaging time of the readings.
+# If few contact episodes reach a flank, and the gear never rests on it, velocity jumps are the only observation. They
+# identify the tooth, but bound its depth only from below: gears approach no further than neighbouring teeth allow, and
+# a velocity jump is rounded by the averaging time of the readings.
 
 
 class ShortTooth(NamedTuple):
@@ -350,7 +349,7 @@ class ShortTooth(NamedTuple):
         effect: pitch error of the least possible depth.
         gain: in chi-square.
         why: reason for the identification, a sentence without a stop.
-        others: teeth that corners do not exclude in its place: at a ratio of 1 the tooth that it always meets.
+        others: teeth that velocity jumps do not exclude in its place: at a ratio of 1 the tooth that it always meets.
     """
 
     effect: Any
@@ -359,25 +358,25 @@ class ShortTooth(NamedTuple):
     others: tuple[Rival, ...] = ()
 
 
-class _ShortTooth(NamedTuple):
-    """Tooth of a gear, its gain, least depth [m], corners that it moves clearly, gain in all records but the best."""
+class _CandidateTooth(NamedTuple):
+    """Tooth of a gear, its gain, least depth [m], jumps that it moves clearly, gain in all records but the best."""
 
     gain: float
     gear: Gear
     side: Side
     tooth: int
     depth: float
-    corners: int
+    jumps: int
     others: float
 
     @property
     def clear(self) -> bool:
         """Whether it is significant."""
-        return self.gain > SHORT_GAIN and self.corners >= FEWEST_IMPROVED
+        return self.gain > SHORT_GAIN and self.jumps >= FEWEST_IMPROVED
 
 
 def short_tooth(records: Sequence[Evidence]) -> ShortTooth | None:
-    """Return the short tooth from path corners with its least depth; ``None`` without one."""
+    """Return the short tooth from velocity jumps with its least depth; ``None`` without one."""
     found = sorted(_short_teeth(records), key=lambda one: -one.gain)
     if not found or not found[0].clear or found[0].others < SHORT_GAIN_OF_OTHERS:
         return None
@@ -391,7 +390,7 @@ def short_tooth(records: Sequence[Evidence]) -> ShortTooth | None:
         if best.gain - one.gain < EXCLUDED
     )
     why = (
-        f"{best.corners} impacts on the {best.side} flank at this tooth, and at no other of its gear, lie behind the"
+        f"{best.jumps} impacts on the {best.side} flank at this tooth, and at no other of its gear, lie behind the"
         f" flank: negative tooth deviation of at least {show(best.depth, 'length', 3)}; total significance"
         f" {significance(best.gain)}"
     )
@@ -408,14 +407,14 @@ def as_cause(tooth: Any, unit: float) -> Cause:
     return begin(candidate, np.array([tooth.offset / unit]))
 
 
-def _least_pitch_error(one: _ShortTooth) -> Any:
+def _least_pitch_error(one: _CandidateTooth) -> Any:
     """Return a short tooth as a pitch error of its least depth."""
     offset = -outward(SIDES.index(one.side)) * one.depth
     return catalogue()["pitch_error"](offset=offset, tooth=one.tooth, gear=one.gear, flank=one.side)
 
 
 def on_both(records: Sequence[Evidence], effect: Any) -> Any:
-    """Return a pitch error on both flanks if path corners indicate it, else unchanged.
+    """Return a pitch error on both flanks if velocity jumps indicate it, else unchanged.
 
     A displaced tooth has a positive deviation on the flank where it is detected, and a negative one on the other.
     """
@@ -429,13 +428,13 @@ def may_be_on_both(effect: Any) -> bool:
 
 
 def contradicted_on_other_flank(records: Sequence[Evidence], effect: Any) -> bool:
-    """Whether path corners contradict a negative deviation on the other flank of a tooth with a positive one."""
+    """Whether velocity jumps contradict a negative deviation on the other flank of a tooth with a positive one."""
     found = _gain_on_other_flank(records, effect)
     return found is not None and found.gain < 0.0
 
 
-def _gain_on_other_flank(records: Sequence[Evidence], effect: Any) -> _ShortTooth | None:
-    """Return the gain of corners on a tooth's other flank by the opposite deviation there."""
+def _gain_on_other_flank(records: Sequence[Evidence], effect: Any) -> _CandidateTooth | None:
+    """Return the gain of velocity jumps on a tooth's other flank by the opposite deviation there."""
     seen = _FlankJumps(records, 1 - SIDES.index(effect.flank))
     return seen.tooth(effect.gear, effect.tooth, np.array([abs(effect.offset)]))
 
@@ -456,8 +455,8 @@ class _FlankJumps:
         self.off, self.sigma, self.owner = np.concatenate(off), np.concatenate(sigma), np.concatenate(owner)
         self.before = np.minimum((self.off / self.sigma) ** 2, CLIPPED)
 
-    def tooth(self, gear: Gear, tooth: int, depths: Array) -> _ShortTooth | None:
-        """Return the gain of a short tooth at its best depth; ``None`` with too few corners.
+    def tooth(self, gear: Gear, tooth: int, depths: Array) -> _CandidateTooth | None:
+        """Return the gain of a short tooth at its best depth; ``None`` with too few velocity jumps.
 
         depths: tried, increasing [m], (k,).
         """
@@ -474,13 +473,13 @@ class _FlankJumps:
         near = (np.abs(moved[best]) > CLEARLY_MOVED * self.sigma[at]) & (after[best] < self.before[at])
         count = int(np.count_nonzero(near))
         others = float(gains[best] - np.max(own))
-        return _ShortTooth(float(gains[best]), gear, self.side, tooth, float(depths[least]), count, others)
+        return _CandidateTooth(float(gains[best]), gear, self.side, tooth, float(depths[least]), count, others)
 
 
 def _jumps_of(one: Evidence, flank: int, number: int) -> tuple[Array, ...]:
-    """Return both angles, distance from the flank, its error, and the record's number of each of its corners.
+    """Return both angles, distance from the flank, its error, and the record's number of each of its velocity jumps.
 
-    Errors are those of most corners: at a wrongly estimated flank, all deviate.
+    Errors are those of most velocity jumps: at a wrongly estimated flank, all deviate.
     """
     seen = one.channels.velocity_jumps
     mine = (seen.flank == flank) & np.isfinite(seen.off)
@@ -490,7 +489,7 @@ def _jumps_of(one: Evidence, flank: int, number: int) -> tuple[Array, ...]:
     return seen.drive[mine], seen.loose[mine], off, sigma * max(usual, 1.0), np.full(off.size, number)
 
 
-def _short_teeth(records: Sequence[Evidence]) -> Iterator[_ShortTooth]:
+def _short_teeth(records: Sequence[Evidence]) -> Iterator[_CandidateTooth]:
     """Generate the teeth that gain with a negative deviation."""
     pair = records[0].pair
     depths = np.array(TRIED_DEPTHS) * pair.backlash
@@ -501,7 +500,7 @@ def _short_teeth(records: Sequence[Evidence]) -> Iterator[_ShortTooth]:
                     yield found
 
 
-def _elsewhere(one: Evidence, this: _ShortTooth, that: _ShortTooth) -> bool:
+def _elsewhere(one: Evidence, this: _CandidateTooth, that: _CandidateTooth) -> bool:
     """Whether two teeth are of one gear and flank, and not neighbours."""
     teeth = one.pair.gear(that.gear).teeth
     apart = (this.tooth - that.tooth) % teeth

@@ -17,23 +17,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import parameters, table
-from gears3d.diagnosis.foreseen import (
+from gears3d.diagnosis.path_fit import EXCLUDED, SOFT
+from gears3d.diagnosis.resonance import sensor_of
+from gears3d.diagnosis.run_information import (
     Encoder,
     Look,
     Parts,
     Setting,
+    Wanted,
     keys_of,
     look_at,
+    name_of,
     of_events,
     of_windows,
     separation_of,
     simulated,
     spread_of,
-)  # fmt: skip
-from gears3d.diagnosis.path_fit import EXCLUDED, SOFT
-from gears3d.diagnosis.resonance import sensor_of
+)
 from gears3d.diagnosis.shooting import MOST
-from gears3d.diagnosis.wanted import Wanted, name_of
 from gears3d.errors import Fault, GearsError, InputError, UsageError
 from gears3d.measured.checks import admit
 from gears3d.results import Result

@@ -519,9 +519,9 @@ class _Excitation(NamedTuple):
 
 def _excitation(one: Evidence) -> _Excitation:
     """Return the impacts of a record, and the points that respond to them."""
-    struck, flights = one.channels.impacts, one.channels.flights
-    order = np.argsort(struck.time)
-    time, jump = struck.time[order], (struck.rebound - struck.velocity)[order]
+    hits, flights = one.channels.impacts, one.channels.flights
+    order = np.argsort(hits.time)
+    time, jump = hits.time[order], (hits.rebound - hits.velocity)[order]
     last = np.searchsorted(time, flights.time[:, 0], side="right") - 1
     since = np.maximum(flights.time - time[np.maximum(last, 0)][:, None], 0.0)
     width = (flights.time[:, -1:] - flights.time[:, :1]) / (BINS - 1)
@@ -620,9 +620,9 @@ def _reaches_both_flanks(one: Evidence) -> bool:
 
 def _gap_columns(one: Evidence) -> Array:
     """Return the response of flight points to decelerations about each place, constant removed, (f * BINS, k)."""
-    (drive, loose), struck = one.radii, one.channels.impacts
-    where = drive * struck.drive - loose * struck.loose
-    active, reverse = (float(np.median(where[struck.flank == side])) for side in (0, 1))
+    (drive, loose), hits = one.radii, one.channels.impacts
+    where = drive * hits.drive - loose * hits.loose
+    active, reverse = (float(np.median(where[hits.flank == side])) for side in (0, 1))
     time, angle, _ = one.fine
     at = drive * np.interp(time, one.channels.drive.time, one.channels.drive.angle) - loose * angle
     place = np.clip((at - active) / (reverse - active), 0.0, 1.0)

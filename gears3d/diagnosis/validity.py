@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
-# Cause with random impacts, after which no path can be predicted.
-SCATTER = "restitution_scatter"
 # Minimum periods of the drive's fluctuation in at least one record, so that its motion repeats.
 FEWEST_PERIODS = 3.0
 # Minimum number of flights, or impacts, for torques, or restitution, as causes.
@@ -107,7 +105,7 @@ def tested_by_prediction(
         errors = path_errors(parted.found.records, parted.causes, admitted, paths.of)
     except (EngineError, InputError):  # the model does not cover the rig
         return parted, []
-    refuted, chance = errors.refuted(), any(one.kind == SCATTER for one in parted.causes)
+    refuted, chance = errors.refuted(), any(one.kind == "restitution_scatter" for one in parted.causes)
     left = [] if chance else errors.left()
     if not any(refuted):
         return parted, left

@@ -122,18 +122,18 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
     return sorted(told, key=lambda one: -one.gain)
 
 
-def reported_in_addition(spread: Scatter | None, deep: ShortTooth | None) -> list[Named]:
+def reported_in_addition(spread: Scatter | None, short: ShortTooth | None) -> list[Named]:
     """Return the reported causes in addition to those of a search: scatter of restitution and a short tooth."""
     found = [] if spread is None else [_reported_scatter(spread)]
-    return found if deep is None else [*found, _reported_short_tooth(deep)]
+    return found if short is None else [*found, _reported_short_tooth(short)]
 
 
-def _reported_short_tooth(deep: ShortTooth) -> Named:
-    effect = deep.effect
+def _reported_short_tooth(short: ShortTooth) -> Named:
+    effect = short.effect
     ends = sorted((effect.offset, float(np.copysign(effect.params["offset"].high, effect.offset))))
     numbers = {"offset": Parameter(effect.offset, "m", *ends)}
-    others = tuple(map(open_hypothesis, deep.others))
-    return Named(effect.kind, effect.place, numbers, deep.why, deep.gain, others, effect, table(effect, numbers),
+    others = tuple(map(open_hypothesis, short.others))
+    return Named(effect.kind, effect.place, numbers, short.why, short.gain, others, effect, table(effect, numbers),
                  at_least=("offset",))  # fmt: skip
 
 

@@ -7,7 +7,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from gears3d.cli import main
-from gears3d.diagnosis.stretch import PERIODS, stretch
+from gears3d.diagnosis.excerpt import PERIODS, excerpt
 from gears3d.views.plots import colours
 from gears3d.views.replay import viewer
 from gears3d.views.replay.side_by_side import NAMES, beside, off
@@ -17,7 +17,7 @@ from tests.views.test_replay_viewer import painted, share
 
 @pytest.fixture(scope="module")
 def seen(found, admitted):
-    return stretch(found, admitted)
+    return excerpt(found, admitted)
 
 
 @pytest.fixture(scope="module")

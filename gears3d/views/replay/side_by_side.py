@@ -19,7 +19,7 @@ from gears3d.views.replay.scene import contacts, impulses, lines_of_action, zone
 from gears3d.views.replay.write import film, require_rerun, rr, rrb, scalars
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.stretch import Stretch
+    from gears3d.diagnosis.excerpt import Excerpt
     from gears3d.scenario import Scenario
 
 
@@ -227,33 +227,33 @@ WIDTHS_OF_THREE = (1.5, 2.5, 6.0)
 _UM = 1e6
 
 
-def beside(stretch: Stretch, causes: tuple[str, ...] = (), out: str | Path = "replay.rrd") -> Path:
-    """Write a stretch of a record, the rig and the extended rig side by side as an animation for the rerun viewer."""
+def beside(excerpt: Excerpt, causes: tuple[str, ...] = (), out: str | Path = "replay.rrd") -> Path:
+    """Write an excerpt of a record, the rig and the extended rig side by side as an animation for the rerun viewer."""
     target = Path(out)
-    three = _three(stretch, causes)
-    rate, time = three[0].motion.frame_rate(), stretch.measured.time
+    three = _three(excerpt, causes)
+    rate, time = three[0].motion.frame_rate(), excerpt.measured.time
     curves = "Displacement between the flanks [um]: white measured, pink base, green extended"
     with film(target, arranged(three, curves, float(time[-1] - time[0]), rate)) as rec:
         for lane in three:
             draw_lane(rec, lane)
         flank_lines_of(rec, three[2])
-        rec.log(ABOUT, _about_three(stretch, three, causes, rate), static=True)
+        rec.log(ABOUT, _about_three(excerpt, three, causes, rate), static=True)
     return target
 
 
-def _three(stretch: Stretch, causes: tuple[str, ...]) -> list[Lane]:
-    recordings = stretch.measured, stretch.base, stretch.extended
+def _three(excerpt: Excerpt, causes: tuple[str, ...]) -> list[Lane]:
+    recordings = excerpt.measured, excerpt.base, excerpt.extended
     rigs = (
-        stretch.extended_rig,
-        stretch.rig,
-        stretch.extended_rig,
+        excerpt.extended_rig,
+        excerpt.rig,
+        excerpt.extended_rig,
     )  # measured flanks are where the causes put them
     titles = ("Measured", "Base: nominal model", f"Extended: {' + '.join(causes) or 'nothing to add'}")
-    pair = stretch.rig.pair()
+    pair = excerpt.rig.pair()
     true, wide = Section(pair), Section(pair, widening(pair))
     motions = [
         Motion(recording, true, tuple(rig.rows()), near)
-        for recording, rig, near in zip(recordings, rigs, stretch.near, strict=True)
+        for recording, rig, near in zip(recordings, rigs, excerpt.near, strict=True)
     ]
     hits = [one.recording.impacts["time_s"] for one in motions[1:]]
     time = np.unique(np.concatenate([motions[0].frame_times(), *hits]))
@@ -265,15 +265,15 @@ def _three(stretch: Stretch, causes: tuple[str, ...]) -> list[Lane]:
     ]
 
 
-def _about_three(stretch: Stretch, three: list[Lane], causes: tuple[str, ...], rate: float) -> rr.TextDocument:
-    time, near = stretch.measured.time, stretch.near[0]
+def _about_three(excerpt: Excerpt, three: list[Lane], causes: tuple[str, ...], rate: float) -> rr.TextDocument:
+    time, near = excerpt.measured.time, excerpt.near[0]
     wide = three[0].wide
     begun = (
-        "during a free flight" if stretch.riding is None else f"on the {('active', 'reverse')[stretch.riding]} flank"
+        "during a free flight" if excerpt.riding is None else f"on the {('active', 'reverse')[excerpt.riding]} flank"
     )
     lines = [
-        f"### {Path(stretch.name).name}, {time[0]:.4g} to {time[-1]:.4g} s",
-        off(stretch),
+        f"### {Path(excerpt.name).name}, {time[0]:.4g} to {time[-1]:.4g} s",
+        off(excerpt),
         "Base (nominal model) and extended model start from the measured state at the beginning, "
         f"{begun}, and follow the measured motion of the drive; they are not corrected by the record later.",
         f"Added: {', '.join(causes) or 'no cause; the extended model equals the base'}.",
@@ -285,11 +285,11 @@ def _about_three(stretch: Stretch, three: list[Lane], causes: tuple[str, ...], r
     return rr.TextDocument("\n\n".join(lines[:4]) + "\n" + "\n".join(lines[4:]), media_type=rr.MediaType.MARKDOWN)
 
 
-def off(stretch: Stretch) -> str:
+def off(excerpt: Excerpt) -> str:
     """Return in one sentence the errors of nominal and extended model, relative to the measured displacement."""
-    time, place = stretch.measured.time, stretch.measured.signals["displacement_m"]
+    time, place = excerpt.measured.time, excerpt.measured.signals["displacement_m"]
     rest = [
         float(np.sqrt(np.mean((np.interp(time, one.time, one.signals["displacement_m"]) - place) ** 2))) * _UM
-        for one in (stretch.base, stretch.extended)
+        for one in (excerpt.base, excerpt.extended)
     ]
     return f"Root mean square error of the displacement: base {rest[0]:.3g} um, extended {rest[1]:.3g} um."

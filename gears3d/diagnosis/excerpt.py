@@ -1,7 +1,7 @@
-"""A short stretch of a record as measured, and as the rig and the extended rig continue from its start.
+"""A short excerpt of a record as measured, and as the rig and the extended rig continue from its start.
 
 Deviations of a rig show best from a measured initial state: over a few periods the motion has no time to diverge by
-chance. The stretch lies in the middle of its record, independent of its content.
+chance. The excerpt lies in the middle of its record, independent of its content.
 """
 
 from __future__ import annotations
@@ -23,17 +23,16 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
-Array = np.ndarray
 # Shown periods of the drive's slowest fluctuation, limited to the length of a window.
 PERIODS = 3.0
 # Standard deviations of a sample within which the measured gear is shown on a flank.
-NEAR = 4.0
+ON_FLANK = 4.0
 # The same relative to the backlash.
-NEAREST = 5e-3
+ON_FLANK_SHARE = 5e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class Excerpt:
     """One motion three times, each with its displacement from the mean active flank.
 
     Args:
@@ -57,7 +56,7 @@ class Stretch:
     riding: int | None = None
 
 
-def stretch(found: Diagnosis, admitted: Sequence[Admitted]) -> Stretch:
+def excerpt(found: Diagnosis, admitted: Sequence[Admitted]) -> Excerpt:
     """Return a stretch of the record with the largest gain by the causes, or of the first.
 
     Raises:
@@ -66,18 +65,18 @@ def stretch(found: Diagnosis, admitted: Sequence[Admitted]) -> Stretch:
     """
     from gears3d.measured.segmentation import path_of
 
-    one = _best(found, admitted)
+    one = _largest_gain(found, admitted)
     assert one.rig is not None
     known = path_of(one.recording, one.rig, one.file)
     seen, extended, zero = _extended(found, one, known)
     noise = known.noise
-    begin = begin_of(known, seen, zero, one.rig, _middle(known, one.rig))
-    span = _span(one.rig, known, begin)
+    begin = begin_of(known, seen, zero, one.rig, _begin_search(known, one.rig))
+    span = _duration(one.rig, known, begin)
     measured, few = readings(known, seen, zero, (begin.time, begin.time + span), one.rig)
     seen_as = [followed(rig, extended, begin, zero, span, known) for rig in (one.rig, extended)]
-    touching = max(NEAR * max(noise / np.sqrt(few), known.slack), NEAREST * one.rig.rig().backlash)
+    touching = max(ON_FLANK * max(noise / np.sqrt(few), known.slack), ON_FLANK_SHARE * one.rig.rig().backlash)
     near = (float(touching), seen_as[0][1], seen_as[1][1])
-    return Stretch(one.file, measured, seen_as[0][0], seen_as[1][0], one.rig, extended, near, begin.riding)
+    return Excerpt(one.file, measured, seen_as[0][0], seen_as[1][0], one.rig, extended, near, begin.riding)
 
 
 def _extended(found: Diagnosis, one: Admitted, known: Track) -> tuple[Evidence | None, Scenario, float]:
@@ -89,11 +88,11 @@ def _extended(found: Diagnosis, one: Admitted, known: Track) -> tuple[Evidence |
     else:
         seen, tables = as_read(seen, found.causes)
     extended = with_effects(one.rig, tables)
-    zero = _of_law(known, found, one.file)
+    zero = _datum_of_law(known, found, one.file)
     return seen, extended, zero_of(known, seen, extended) if zero is None else zero
 
 
-def _best(found: Diagnosis, admitted: Sequence[Admitted]) -> Admitted:
+def _largest_gain(found: Diagnosis, admitted: Sequence[Admitted]) -> Admitted:
     """Return the record with the largest likelihood gain by the causes, or the first that was used."""
     used = {each.name for each in found.found.records}
     usable = [one for one in admitted if one.rig is not None and one.file in used] or list(admitted)
@@ -103,13 +102,13 @@ def _best(found: Diagnosis, admitted: Sequence[Admitted]) -> Admitted:
     return usable[int(np.argmax(gains))]
 
 
-def _span(rig: Scenario, known: Track, begin: Begin) -> float:
+def _duration(rig: Scenario, known: Track, begin: Begin) -> float:
     frequencies = [one.frequency for one in rig.motion.harmonics if one.frequency > 0.0]
     wanted = min(PERIODS / min(frequencies), LONGEST) if frequencies else 0.5 * LONGEST
     return min(wanted, float(known.time[-1]) - begin.time)
 
 
-def _of_law(known: Track, found: Diagnosis, file: str) -> float | None:
+def _datum_of_law(known: Track, found: Diagnosis, file: str) -> float | None:
     """Return the displacement on the active flank from complete contact episodes, if these were fitted [m]."""
     at = [k for k, one in enumerate(found.law.records) if one.name == file] if found.law is not None else []
     if found.law is None or not at:
@@ -118,7 +117,7 @@ def _of_law(known: Track, found: Diagnosis, file: str) -> float | None:
     return first + float(found.law.held.zeros[at[0]])
 
 
-def _middle(known: Track, rig: Scenario) -> float:
+def _begin_search(known: Track, rig: Scenario) -> float:
     """Return the start time of the search for a stretch in the middle of a record [s]."""
     half = 0.5 * float(known.time[0] + known.time[-1])
     period = rig.period if rig.motion.harmonics else 0.25 * LONGEST

@@ -1,10 +1,10 @@
-"""A stretch of a record that cannot be cut, gone over by the law of contact that was found."""
+"""An excerpt of a record that cannot be segmented, gone over by the law of contact that was found."""
 
 import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.stretch import stretch
+from gears3d.diagnosis.excerpt import excerpt
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
@@ -16,7 +16,7 @@ def test_law_of_contact_goes_over_the_record(tmp_path):
     hide(plan(10021, ("tooth_compliance",), size=0.4, records=2, duration=4.0, noise=0.005), tmp_path)
     rig = load(tmp_path / "rig.toml")
     admitted = [admit(file, rig, chart) for file, chart in files_of([tmp_path / "record.toml"])]
-    made = stretch(diagnose(admitted, rig), admitted)
+    made = excerpt(diagnose(admitted, rig), admitted)
     off = [
         np.sqrt(np.mean((np.interp(made.measured.time, one.time, one.signals["displacement_m"])
                          - made.measured.signals["displacement_m"]) ** 2))
