@@ -78,25 +78,21 @@ class Split(NamedTuple):
 
 def splits(records: Sequence[Evidence], causes: Sequence[Cause]) -> list[Split]:
     """Return the held-out error reduction of causes, refitted each time, by record or stretch."""
-    parts = parts_of(records)
+    parts = heldout_parts(records)
     found = []
     for k, held in enumerate(parts):
         train = [one for i, one in enumerate(parts) if i != k]
         base = np.concatenate([residuals(one)[name] for name in CHANNELS for one in train])
         effects = [c.effect for c in fit(train, base, causes).causes if c.effect is not None]
-        found.append(_split_of(held, effects))
+        before = residuals(held)
+        after = {name: before[name] - contribution([held], effects, (name,)) for name in CHANNELS}
+        found.append(worth(held, before, after))
     return found
 
 
-def parts_of(records: Sequence[Evidence]) -> list[Evidence]:
+def heldout_parts(records: Sequence[Evidence]) -> list[Evidence]:
     """Return the parts that are held out in turn: whole records, or stretches of one or two."""
     return list(records) if len(records) > 2 else [part for one in records for part in _stretches(one)]
-
-
-def _split_of(held: Evidence, effects: Sequence[object]) -> Split:
-    before = residuals(held)
-    after = {name: before[name] - contribution([held], effects, (name,)) for name in CHANNELS}
-    return worth(held, before, after)
 
 
 def worth(held: Evidence, before: dict[str, Array], after: dict[str, Array]) -> Split:
@@ -207,7 +203,7 @@ def engine_check(
         return EngineCheck((), (), {}, "there is no cause to try")
     if not any(name in ENGINE_CHANNELS for cause in causes for name in cause.candidate.channels):
         return EngineCheck((), (), {}, "the causes have no effect on single flights, impacts or contacts")
-    parts = parts_of(records)
+    parts = heldout_parts(records)
     chosen = np.unique(np.linspace(0, len(parts) - 1, min(HELD_PARTS, len(parts))).round().astype(int))
     told, plain, events = [], [], dict.fromkeys(ENGINE_CHANNELS, 0)
     for done, k in enumerate(chosen):

@@ -86,19 +86,17 @@ def consistent_causes(
 
 def whole_channels(found: Search, left: Sequence[Structure]) -> tuple[list[Structure], list[Structure]]:
     """Return the channels that deviate as a whole, and those that coarse encoders cause; left: other patterns."""
-    off, odd = without_quantisation(
-        found.records, found.fit.rest, channel_chi2(found.records, found.fit.rest), channel_chi2
-    )
+    off, odd = without_quantisation(found.records, found.fit.rest, channel_chi2)
     return off + [one for one in unused_candidate(found) if one.name not in {each.name for each in [*left, *off]}], odd
 
 
 def _significant_patterns(found: Search, highest: int) -> tuple[list[Structure], list[Structure]]:
     """Return the residual patterns, and those that coarse encoders cause in one record."""
 
-    def looked(records: Sequence[Evidence], rest: np.ndarray) -> list[Structure]:
+    def significant(records: Sequence[Evidence], rest: np.ndarray) -> list[Structure]:
         return [one for one in residual_tests(records, rest, highest) if one.chance < FALSE_ALARM]
 
-    return without_quantisation(found.records, found.fit.rest, looked(found.records, found.fit.rest), looked)
+    return without_quantisation(found.records, found.fit.rest, significant)
 
 
 def drop_contradicted(found: Search, left: Sequence[Structure]) -> list[Cause]:
@@ -358,20 +356,20 @@ def are_coarse(records: Sequence[Evidence]) -> bool:
 def without_quantisation(
     records: Sequence[Evidence],
     rest: Array,
-    left: Sequence[Structure],
-    looked: Callable[[Sequence[Evidence], Array], Sequence[Structure]],
+    test: Callable[[Sequence[Evidence], Array], Sequence[Structure]],
 ) -> tuple[list[Structure], list[Structure]]:
     """Return the residual patterns of the gears, and those that coarse encoders may cause.
 
     The latter vanish without the record of largest residuals, or are correlations of rebounds with earlier ones; rest:
-    (n,).
+    (n,); test: returns the patterns of records and their residuals.
     """
+    left = list(test(records, rest))
     if not left or not are_coarse(records):
-        return list(left), []
+        return left, []
     kept: set[str] = set()
     for channel in {channel_of(one.name) for one in left}:
         others = _without_farthest(records, rest, channel)
-        there = {one.name for one in (left if others is None else looked(*others)) if one.name != REPEATED_PATTERN}
+        there = {one.name for one in (left if others is None else test(*others)) if one.name != REPEATED_PATTERN}
         kept |= {one.name for one in left if channel_of(one.name) == channel and one.name in there}
     return [one for one in left if one.name in kept], [one for one in left if one.name not in kept]
 

@@ -96,20 +96,20 @@ def split_accepted(
 
 
 def tested_by_prediction(
-    parted: Accepted, admitted: Sequence[Admitted], paths: Paths
+    accepted: Accepted, admitted: Sequence[Admitted], paths: Paths
 ) -> tuple[Accepted, list[Structure]]:
     """Return the causes that improve the prediction of the path, and the residual of the path."""
-    if not parted.causes:
-        return parted, []
+    if not accepted.causes:
+        return accepted, []
     try:
-        errors = path_errors(parted.found.records, parted.causes, admitted, paths.of)
+        errors = path_errors(accepted.found.records, accepted.causes, admitted, paths.of)
     except (EngineError, InputError):  # the model does not cover the rig
-        return parted, []
-    refuted, chance = errors.refuted(), any(one.kind == "restitution_scatter" for one in parted.causes)
+        return accepted, []
+    refuted, chance = errors.refuted(), any(one.kind == "restitution_scatter" for one in accepted.causes)
     left = [] if chance else errors.left()
     if not any(refuted):
-        return parted, left
-    bad = tuple(one for one, own in zip(parted.causes, refuted, strict=True) if own)
+        return accepted, left
+    bad = tuple(one for one, own in zip(accepted.causes, refuted, strict=True) if own)
     told = [
         Note(
             "path-refutes",
@@ -118,26 +118,26 @@ def tested_by_prediction(
             f" {_um(errors.base)} for the rig as it is",
             "check the motion, the counts and the condition of the records",
         )
-        for one, own in zip(parted.causes, errors.without, strict=True)
+        for one, own in zip(accepted.causes, errors.without, strict=True)
         if one in bad
     ]
-    accepted = _rejecting(parted, bad, told)
+    accepted = _rejecting(accepted, bad, told)
     return accepted, left if accepted.causes else []
 
 
-def tested_by_path(parted: Accepted, path: Path, wrong: Sequence[bool]) -> Accepted:
+def tested_by_path(accepted: Accepted, path: Path, wrong: Sequence[bool]) -> Accepted:
     """Return candidate causes that the path contradicts in size, or that hardly reduce its error."""
-    bad = [cause.effect for cause, own in zip(parted.found.fit.causes, wrong, strict=True) if own]
-    refuted = tuple(one for one in parted.causes if one.effect in bad)
+    bad = [cause.effect for cause, own in zip(accepted.found.fit.causes, wrong, strict=True) if own]
+    refuted = tuple(one for one in accepted.causes if one.effect in bad)
     if not refuted:
-        return parted
+        return accepted
     text = (
         f"{', '.join(one.kind for one in refuted)}: the displacement predicted in {path.windows} windows contradicts"
         f" it: it deviates by {np.sqrt(path.before):.3g} times the noise for the rig as it is, and by"
         f" {np.sqrt(path.after):.3g} times with the causes that it shows itself"
     )
     told = Note("path-refutes", text, "check the motion, the counts and the condition of the records")
-    return _rejecting(parted, refuted, [told])
+    return _rejecting(accepted, refuted, [told])
 
 
 def _rejecting(accepted: Accepted, refuted: Sequence[Named], notes: Sequence[Note]) -> Accepted:

@@ -68,7 +68,7 @@ def test_what_one_record_alone_has_is_told_of_fine_encoders_only(off, counts, to
     records = [record(name, counts, 20) for name in "abc"]
     assert (quantum_of(records[0]) > COARSE_COUNT) is (counts == 8192)
     rest = np.concatenate([np.full(20, each) for each in off])
-    same, odd = without_quantisation(records, rest, looked(records, rest), looked)
+    same, odd = without_quantisation(records, rest, looked)
     assert [len(same), len(odd)] == [int(told), int(not told)]
     notes = count_notes(records, odd)
     assert [note.kind for note in notes] == [] if told else ["coarse-counts"]
@@ -82,7 +82,7 @@ def test_rebounds_like_those_before_them_are_told_of_fine_encoders_only():
 
     for counts, told in ((8192, 0), (1_000_000, 1)):
         records = [record(name, counts, 20) for name in "abc"]
-        assert len(without_quantisation(records, rest, alike(records, rest), alike)[0]) == told
+        assert len(without_quantisation(records, rest, alike)[0]) == told
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_a_cause_must_gain_without_the_record_in_which_it_gains_most(sizes, told
 def test_of_one_record_all_is_told():
     records = [record("a", 8192, 20), record("b", 8192, 0)]
     rest = np.full(20, 3.0)
-    assert len(without_quantisation(records, rest, looked(records, rest), looked)[0]) == 1
+    assert len(without_quantisation(records, rest, looked)[0]) == 1
 
 
 @pytest.mark.slow
