@@ -14,10 +14,11 @@ from gears3d.diagnosis.cause import Cause, Fit, contribution, fit
 from gears3d.diagnosis.datums import settled, turn
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
+from gears3d.diagnosis.hypotheses import Rival
 from gears3d.diagnosis.path_fit import ACCOUNTS, EXCLUDED, LAWS, OIL, RUB, SCATTER, SMALLEST, SOFT, effects_of
 from gears3d.diagnosis.path_search import Path, against, halves, path_search
 from gears3d.diagnosis.precision import covariance
-from gears3d.diagnosis.search import ENOUGH, Rival, Search, blind, given, in_own_channels
+from gears3d.diagnosis.search import ENOUGH, Search, blind, given, in_own_channels
 from gears3d.diagnosis.shooting import Windows, shootable
 from gears3d.diagnosis.verdict import PLACES
 from gears3d.effects import Code, catalogue

@@ -24,7 +24,8 @@ from gears3d.diagnosis.contact_episodes import (
 )
 from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.heldout import Split
-from gears3d.diagnosis.search import EXCLUDED, PRICE
+from gears3d.diagnosis.hypotheses import EXCLUDED
+from gears3d.diagnosis.search import PRICE
 from gears3d.effects import Code, Rig, catalogue
 from gears3d.errors import InputError
 

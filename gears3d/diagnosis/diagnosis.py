@@ -20,13 +20,11 @@ from gears3d.diagnosis.contact_law import (
     has_compliance,
 )
 from gears3d.diagnosis.evidence import Paths, uncut
-from gears3d.diagnosis.experiments import Experiment, experiments
 from gears3d.diagnosis.heldout import EngineCheck, Split, engine_check, heldout_3d, heldout_summary, splits
+from gears3d.diagnosis.hypotheses import Experiment, Rival, experiments, rivals
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
 from gears3d.diagnosis.preprocessing import (
     Note,
-    datum_notes,
-    motion_notes,
     segmented,
     usable,
 )
@@ -38,7 +36,7 @@ from gears3d.diagnosis.residual_tests import (
     whole_channels,
 )
 from gears3d.diagnosis.resonance import Resonance, resonance
-from gears3d.diagnosis.search import Rival, Search, blind, rivals
+from gears3d.diagnosis.search import Search, blind
 from gears3d.diagnosis.validity import phase_notes, split_accepted, tested_by_path, tested_by_prediction, tooth_notes
 from gears3d.diagnosis.verdict import (
     Named,
@@ -47,7 +45,6 @@ from gears3d.diagnosis.verdict import (
     name_contact_law,
     record_contributions,
     remaining,
-    reported_in_addition,
 )
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import Admitted, admit_each
@@ -179,9 +176,7 @@ def diagnose(
 def _diagnosed(
     admitted: Sequence[Admitted], rig: Scenario, tell: Callable[[str, float], None], bodies: bool, runs: bool
 ) -> Diagnosis:
-    admitted_all, notes = admitted, [*motion_notes(admitted), *datum_notes(admitted)]
-    admitted = usable(admitted, notes)
-    paths = Paths()
+    admitted_all, (admitted, notes), paths = admitted, usable(admitted), Paths()
     highest = max(HIGHEST_ORDER, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
 
     def searching(part: float) -> None:
@@ -195,10 +190,13 @@ def _diagnosed(
         if (law := seen.law or (None if seen.agrees else contact_law_with_others(seen))) is not None:
             return _by_contact_law(admitted_all, rig, notes, law, bodies)
         return _with_compliance(admitted_all, rig, notes, seen)
-    rings = resonance(admitted, paths)
+    records, refused = [], None
     try:
         records, notes = segmented(admitted, notes, tell, paths)
-    except InputError:  # compliance, an oil film or a resonance may prevent segmentation
+    except InputError as error:  # compliance, an oil film or a resonance may prevent segmentation
+        refused = error
+    rings = resonance(admitted, paths)
+    if refused is not None:
         if rings is None:
             whole = along_path([], admitted, paths, highest, searching)
             if whole is not None and whole.decides:
@@ -208,7 +206,7 @@ def _diagnosed(
             return _by_contact_law(admitted_all, rig, notes, law, bodies)
         if rings is not None:
             return _unsegmented(admitted_all, rig, notes, "unexplained", rings)
-        raise
+        raise refused
     whole = along_path(records, admitted, paths, highest, searching)
     if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
         return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
@@ -221,10 +219,10 @@ def _diagnosed(
     found, left, coarse = consistent_causes(found, highest, beyond)
     if left and not beyond and (law := contact_law_with_others(seen)) is not None:
         return _by_contact_law(admitted_all, rig, notes, law, bodies)
+    scatter = own_scatter(records, found, left) if rings is None else None
     tell("testing competing hypotheses", 0.85)
     others = rivals(found.records, found)
-    scatter = own_scatter(records, found, left) if rings is None else None
-    accepted = split_accepted(found, others, reported_in_addition(scatter, short), rig, notes)
+    accepted = split_accepted(found, others, scatter, short, rig, notes)
     tell("predicting the displacement from measured states", 0.88)
     accepted, far = tested_by_prediction(accepted, admitted, paths)
     if whole is not None and short is None and rings is None:
@@ -259,7 +257,7 @@ def _by_path(
         else one
         for one in notes
     ]
-    accepted = split_accepted(found, others, reported_in_addition(whole.path.scatter, None), rig, notes, whole.path)
+    accepted = split_accepted(found, others, whole.path.scatter, None, rig, notes, whole.path)
     found, causes = accepted.found, accepted.causes
     tell("predicting held-out records", 0.9)
     held = whole.held(found)

@@ -18,6 +18,7 @@ from gears3d.diagnosis.candidates import ONE_SIDED, SHOWS, Candidate
 from gears3d.diagnosis.cause import Cause, begin, fit, significance
 from gears3d.diagnosis.channels import VelocityJumps
 from gears3d.diagnosis.evidence import Evidence, Paths
+from gears3d.diagnosis.hypotheses import EXCLUDED, Rival
 from gears3d.diagnosis.prediction import (
     GEARS,
     NEGLIGIBLE,
@@ -31,7 +32,7 @@ from gears3d.diagnosis.prediction import (
 )
 from gears3d.diagnosis.preprocessing import delay_of, preprocess
 from gears3d.diagnosis.residual_patterns import Structure
-from gears3d.diagnosis.search import EXCLUDED, Rival, Search, aligned_search, keeping, on_both_flanks
+from gears3d.diagnosis.search import Search, aligned_search, keeping, on_both_flanks
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
 from gears3d.units import show

@@ -65,11 +65,6 @@ class Note(NamedTuple):
         return self._asdict()
 
 
-def motion_notes(admitted: Iterable[Admitted]) -> list[Note]:
-    """Return defects of the motion of records as admitted."""
-    return [note for one in admitted for note in _motion_notes(one)]
-
-
 def _motion_notes(one: Admitted) -> list[Note]:
     rig, time = one.rig, one.recording.time
     if rig is None or len(time) < 16:
@@ -124,7 +119,7 @@ def _off_steady_motion(time: Array, angle: Array, turns: Sequence[float]) -> tup
     return float(np.std(angle - table @ found)), float(np.hypot.reduce([0.0, *found[2:]])), float(found[1])
 
 
-def datum_notes(admitted: Iterable[Admitted]) -> list[Note]:
+def _datum_notes(admitted: Iterable[Admitted]) -> list[Note]:
     """Return the elements of a rig that depend on the angle of a gear with an unknown angular datum."""
     told = []
     for one in admitted:
@@ -138,16 +133,17 @@ def datum_notes(admitted: Iterable[Admitted]) -> list[Note]:
     return told
 
 
-def usable(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:
-    """Return the records with the motion of the rig, if there is one; notes report the others."""
+def usable(admitted: Sequence[Admitted]) -> tuple[list[Admitted], list[Note]]:
+    """Return the records with the motion of the rig, if there is one, and notes on these and the others."""
+    notes = [*(note for one in admitted for note in _motion_notes(one)), *_datum_notes(admitted)]
     bad = {note.record for note in notes if note.blocks}
     if len(bad) == len({one.file for one in admitted}):
-        return list(admitted)
-    notes[:] = [
+        return list(admitted), notes
+    notes = [
         note._replace(blocks=False, remedy=f"{note.remedy} (this record was excluded)") if note.blocks else note
         for note in notes
     ]
-    return [one for one in admitted if one.file not in bad]
+    return [one for one in admitted if one.file not in bad], notes
 
 
 def segmented(

@@ -13,7 +13,7 @@ from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.preprocessing import Note
 from gears3d.diagnosis.residual_tests import are_coarse, single_record_note
 from gears3d.diagnosis.search import directions
-from gears3d.diagnosis.verdict import Named, name_causes
+from gears3d.diagnosis.verdict import Named, name_causes, reported_in_addition
 from gears3d.diagnosis.windows import path_errors
 from gears3d.errors import EngineError, InputError
 from gears3d.units import show
@@ -21,9 +21,12 @@ from gears3d.units import show
 if TYPE_CHECKING:
     from gears3d.diagnosis.cause import Cause
     from gears3d.diagnosis.evidence import Evidence, Paths
+    from gears3d.diagnosis.hypotheses import Rival
     from gears3d.diagnosis.path_search import Path
+    from gears3d.diagnosis.pitch_error import ShortTooth
     from gears3d.diagnosis.residual_patterns import Structure
-    from gears3d.diagnosis.search import Rival, Search
+    from gears3d.diagnosis.restitution_scatter import Scatter
+    from gears3d.diagnosis.search import Search
     from gears3d.measured.checks import Admitted
     from gears3d.scenario import Scenario
 
@@ -68,13 +71,15 @@ class Accepted(NamedTuple):
 def split_accepted(
     found: Search,
     others: list[list[Rival]],
-    beside: Sequence[Named],
+    scatter: Scatter | None,
+    short: ShortTooth | None,
     rig: Scenario,
     notes: Sequence[Note],
     path: Path | None = None,
 ) -> Accepted:
     """Separate the causes that records and rig support from those that they do not."""
-    named = sorted([*name_causes(found, others, path), *beside], key=lambda one: -one.gain)
+    additional = reported_in_addition(scatter, short)
+    named = sorted([*name_causes(found, others, path), *additional], key=lambda one: -one.gain)
     weak = _insufficient(found) if path is None else [None] * len(found.fit.causes)
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
     told = [
@@ -87,7 +92,7 @@ def split_accepted(
     blocked = any(one.blocks for one in told)
     stays = [why is None and not blocked for why in weak]
     kept = [cause.effect for cause, stay in zip(found.fit.causes, stays, strict=True) if stay]
-    causes = tuple(one for one in named if not blocked and (one.effect in kept or one in beside))
+    causes = tuple(one for one in named if not blocked and (one.effect in kept or one in additional))
     suspects = tuple(one for one in named if one not in causes)
     if not all(stays):
         found = _with_some(found, stays)

@@ -14,6 +14,7 @@ from gears3d.diagnosis.contact_law import ContactLawFit
 from gears3d.diagnosis.datums import reference_record
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.heldout import UNITS
+from gears3d.diagnosis.hypotheses import Rival
 from gears3d.diagnosis.path_fit import EXCLUDED
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pitch_error import ShortTooth
@@ -22,7 +23,7 @@ from gears3d.diagnosis.prediction import rms_of
 from gears3d.diagnosis.residual_patterns import Structure
 from gears3d.diagnosis.residual_tests import channel_of
 from gears3d.diagnosis.restitution_scatter import Scatter
-from gears3d.diagnosis.search import SMALLEST, Rival, Search
+from gears3d.diagnosis.search import SMALLEST, Search
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.units import FAMILIES, show

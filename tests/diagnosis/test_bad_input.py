@@ -232,19 +232,19 @@ def test_the_command_ends_without_a_traceback(tmp_path, rows, capsys):
 def test_a_record_that_fails_by_itself_is_segmented_along_the_flanks_of_another_where_these_explain_it(
     tmp_path, monkeypatch, backlash, kept
 ):
-    from gears3d.diagnosis import readied
+    from gears3d.diagnosis import preprocessing
 
     own = {"drag.torque": "0.33 N m", "run.duration": "2 s"}
     good = written(tmp_path / "good.parquet", own)
     bad = written(tmp_path / "bad.parquet", {**own, "motion.mean": "33 rpm", "mount.backlash": backlash})
-    alone = readied.segments_of
+    alone = preprocessing.segments_of
 
     def failing(known, rig, file, **more):
         if file == str(bad):
             raise InputError(Fault("theta_loose_rad", "is not explained", "", file))
         return alone(known, rig, file, **more)
 
-    monkeypatch.setattr("gears3d.diagnosis.preprocessing.segments_of", failing)
+    monkeypatch.setattr(preprocessing, "segments_of", failing)
     bench = load(BENCH, PLAIN)
     found = diagnose([admit(one, bench) for one in (bad, good)], bench)
     assert [one["name"] for one in found.records] == [str(bad), str(good)][-kept:]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.experiments import LASTS, runs
-from gears3d.diagnosis.search import known_of, rivals
+from gears3d.diagnosis.hypotheses import RUN_DURATION, rivals, runs
+from gears3d.diagnosis.search import known_of
 from gears3d.measured.checks import admit
 from gears3d.scenario import load
 from gears3d.simulation import record
@@ -67,7 +67,7 @@ def test_json_has_every_run_and_what_it_sets(found):
     told = alone.to_dict()["experiments"][0]
     assert len(told["runs"]) == len(runs(alone.found.records[0])) == 7
     assert all(load("scenarios/rigaud-2020/fig5-20rpm.toml", {**BENCH, **one["set"]}) for one in told["runs"])
-    assert {one["duration_s"] for one in told["runs"]} == {LASTS, 5 * LASTS}
+    assert {one["duration_s"] for one in told["runs"]} == {RUN_DURATION, 5 * RUN_DURATION}
 
 
 def test_without_rivals_nothing_is_proposed(found):

@@ -1,36 +1,100 @@
-"""Further runs that separate a cause from a competing hypothesis that the data do not exclude.
-
-The rigid twin simulates each proposed run with the found causes, encoders with the noise of the records read it, and it
-is segmented into channels. The causes' predictions replace its data; the competing hypothesis is fitted to them and to
-the existing records, with all its numbers free. The value of the run is the rise of chi-square.
-"""
+"""Competing hypotheses: causes that the data do not exclude, and further runs that separate them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, fit, table
+from gears3d.diagnosis.candidates import FREE, Candidate, score
+from gears3d.diagnosis.cause import Cause, Fit, begin, fit, table
 from gears3d.diagnosis.evidence import Evidence, evidence
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals
+from gears3d.diagnosis.search import Search, directions
 from gears3d.errors import GearsError
 from gears3d.units import show
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.search import Rival, Search
     from gears3d.scenario import Scenario
 
+Array = np.ndarray
+# Chi-square difference that excludes a hypothesis, scaled by the level of the best fit if that is above one.
+EXCLUDED = 16.0
+# Number of hypotheses of other kinds that are fitted for each cause.
+FITTED_RIVALS = 6
 # Maximum number of pairs of a cause and a competing hypothesis for which runs are proposed.
 PAIRS = 3
 # Duration of a proposed run [s].
-LASTS = 12.0
+RUN_DURATION = 12.0
 # Minimum simulated duration of it, in seconds and in periods of the drive.
-TWIN, PERIODS = 3.0, 8.0
+SIMULATED, SIMULATED_PERIODS = 3.0, 8.0
 # Duration ratio of the run that is only longer.
-LONG = 5
+LONGER = 5
+
+
+class Rival(NamedTuple):
+    """One or two causes that replace another.
+
+    Args:
+        causes: of the hypothesis.
+        worse: rise of chi-square against the cause.
+        excluded: whether the data exclude it.
+    """
+
+    causes: tuple[Cause, ...]
+    worse: float
+    excluded: bool
+
+
+def rivals(records: Sequence[Evidence], found: Search) -> list[list[Rival]]:
+    """Return for each cause the hypotheses that could replace it, best first."""
+    now, told = found.fit, []
+    level = max(now.chi2 / max(len(now.rest), 1), 1.0)
+    for k, cause in enumerate(now.causes):
+        others = now.causes[:k] + now.causes[k + 1 :]
+        less = fit(records, found.base, others)
+        tried = _hypotheses(records, found, less, cause)
+        told.append(sorted((Rival(c, f.chi2 - now.chi2, f.chi2 - now.chi2 > EXCLUDED * level) for c, f in tried),
+                           key=lambda one: one.worse))  # fmt: skip
+    return told
+
+
+def _hypotheses(
+    records: Sequence[Evidence], found: Search, less: Fit, cause: Cause
+) -> list[tuple[tuple[Cause, ...], Fit]]:
+    tried, seen = [], set()
+    count = len(less.causes)
+    for one in score(found.known, less.rest, directions(records, less)):
+        key = (one.candidate.kind, one.candidate.shape.get("gear"))
+        if key in seen or (_is_same(one.candidate, cause)):
+            continue
+        if len(tried) >= FITTED_RIVALS or one.gain < 0.2 * (less.chi2 - found.fit.chi2):
+            break
+        seen.add(key)
+        rounds = 8 if one.candidate.kind in FREE else 3
+        made = fit(records, found.base, [*less.causes, begin(one.candidate, one.units)], rounds)
+        tried.append((made.causes[count:], made))
+    if cause.candidate.kind == "drag_differential":
+        plain = {one.kind: one for one in found.known.candidates if one.kind in ("drag_coulomb", "drag_viscous")}
+        both = [begin(one, np.array([1e-3])) for one in plain.values()]
+        made = fit(records, found.base, [*less.causes, *both], 3)
+        tried.append((made.causes[count:], made))
+    return tried
+
+
+def _is_same(candidate: Candidate, cause: Cause) -> bool:
+    """Whether a candidate is the cause itself, except for refined parameters."""
+    own = cause.candidate
+    bends = FREE.get(own.kind, {})
+    shapes = [{name: value for name, value in one.shape.items() if name not in bends} for one in (candidate, own)]
+    return candidate.kind == own.kind and shapes[0] == shapes[1]
+
+
+# The rigid twin simulates each proposed run with the found causes, encoders with the noise of the records read it, and
+# it is segmented into channels. The causes' predictions replace its data; the competing hypothesis is fitted to them
+# and to the existing records, with all its numbers free. The value of the run is the rise of chi-square.
 
 
 @dataclass(frozen=True)
@@ -87,7 +151,7 @@ def experiments(
     planned = runs(like)
     seen: list[Evidence | None] = []
     for k, run in enumerate(planned):
-        seen.append(twin(like, run, effects))
+        seen.append(simulated_run(like, run, effects))
         if progress is not None:
             progress(0.7 * (k + 1) / len(planned))
     told = []
@@ -98,13 +162,13 @@ def experiments(
                 run.change,
                 run.keys,
                 run.duration,
-                None if one is None else apart(found, one, run.duration, effects, causes),
+                None if one is None else separation(found, one, run.duration, effects, causes),
             )
             for run, one in zip(planned, seen, strict=True)
         ]
         made.sort(key=lambda run: -(run.sigma or 0.0))
         kinds = " + ".join(cause.candidate.kind for cause in rival.causes)
-        now = float(np.sqrt(max(rival.worse, 0.0) / _level(found)))
+        now = float(np.sqrt(max(rival.worse, 0.0) / _chi2_level(found)))
         told.append(Experiment(found.fit.causes[k].candidate.kind, kinds, now, tuple(made)))
         if progress is not None:
             progress(0.7 + 0.3 * (at + 1) / len(pairs))
@@ -129,8 +193,8 @@ def runs(like: Evidence) -> list[Run]:
     if drag:
         tried.append(("drag × 2 by a known brake", {"drag.torque": show(2.0 * drag, "torque", 4)}))
     return [
-        *(Run(word, keys, LASTS) for word, keys in tried),
-        Run(f"same settings, duration × {LONG}", {}, LONG * LASTS),
+        *(Run(word, keys, RUN_DURATION) for word, keys in tried),
+        Run(f"same settings, duration × {LONGER}", {}, LONGER * RUN_DURATION),
     ]
 
 
@@ -139,12 +203,12 @@ def _wave(one: Any, by: float, faster: float) -> dict[str, str]:
     return {"amplitude": amplitude, "frequency": frequency, "phase": show(one.phase, "angle", 4)}
 
 
-def twin(like: Evidence, run: Run, effects: Sequence[Any]) -> Evidence | None:
+def simulated_run(like: Evidence, run: Run, effects: Sequence[Any]) -> Evidence | None:
     """Return a run as evidence from the twin with effects; ``None`` if it cannot be simulated or measured."""
     from gears3d.measured.segmentation import measure
     from gears3d.simulation import record
 
-    lasts = max(TWIN, PERIODS * like.scenario.period)
+    lasts = max(SIMULATED, SIMULATED_PERIODS * like.scenario.period)
     changes = [("run.duration", f"{lasts:.6g} s"), ("run.settle", "0 s"), *_noise(like), *run.keys.items()]
     try:
         bench = like.scenario.with_(changes)
@@ -167,7 +231,7 @@ def _noise(like: Evidence) -> list[tuple[str, str]]:
     return [*found, ("sensors.drive.noise", f"{sigma:.6g} rad")]
 
 
-def apart(found: Search, run: Evidence, duration: float, effects: Sequence[Any], rival: Sequence[Cause]) -> float:
+def separation(found: Search, run: Evidence, duration: float, effects: Sequence[Any], rival: Sequence[Cause]) -> float:
     """Return the standard deviations between causes and another hypothesis with a further run, over all records.
 
     The run is evidence from the twin with the causes; what was simulated is repeated to the duration [s].
@@ -178,8 +242,8 @@ def apart(found: Search, run: Evidence, duration: float, effects: Sequence[Any],
     new = {name: added(run, effects, name) for name in CHANNELS}
     data = np.concatenate([part[name] for name in CHANNELS for part in (*old, *[new] * times)])
     worse = fit(records, data, rival).chi2 - found.fit.chi2
-    return float(np.sqrt(max(worse, 0.0) / _level(found)))
+    return float(np.sqrt(max(worse, 0.0) / _chi2_level(found)))
 
 
-def _level(found: Search) -> float:
+def _chi2_level(found: Search) -> float:
     return max(found.fit.chi2 / max(len(found.fit.rest), 1), 1.0)
