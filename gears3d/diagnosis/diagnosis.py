@@ -228,14 +228,15 @@ def _diagnosed(
     if whole is not None and short is None and rings is None:
         accepted = tested_by_path(accepted, whole.path, whole.contradicted(accepted.found))
     found, others, causes = accepted.found, accepted.others, accepted.causes
+    notes = [*accepted.notes, *phase_notes(causes), *tooth_notes(found.records)]
+    off, coarse_too = whole_channels(found, left)
+    notes += count_notes(found.records, [*coarse, *coarse_too])
+    left = [*left, *off, *far]
     tell("predicting held-out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
     solid, proposed = _further(found, others, tell, bodies, runs)
-    limits = minimum_detectable(found.known) if rings is None else {}
     tell("done", 1.0)
-    off, coarse_too = whole_channels(found, left)
-    left, coarse = [*left, *off, *far], [*coarse, *coarse_too]
-    notes = [*accepted.notes, *phase_notes(causes), *tooth_notes(found.records), *count_notes(found.records, coarse)]
+    limits = minimum_detectable(found.known) if rings is None else {}
     if whole is not None and whole.agrees and not causes and not accepted.suspects:
         left = []  # residuals of single events come from segmentation
         limits = {place: min(limit, whole.limits[place]) for place, limit in limits.items()}
