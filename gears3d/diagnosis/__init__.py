@@ -28,3 +28,17 @@ from gears3d.diagnosis.residual_patterns import Structure as Structure
 from gears3d.diagnosis.residual_patterns import gap_deceleration as gap_deceleration
 from gears3d.diagnosis.resonance import Resonance as Resonance
 from gears3d.diagnosis.search import Search as Search
+from gears3d.renamed import renamed_in
+
+_RENAMED = {
+    "ready": "preprocess",
+    "bend": "deceleration_response",
+    "pulled": "gap_deceleration",
+    "without": "project_out",
+    "Corners": "VelocityJumps",
+    "Partings": "ContactEnds",
+}
+
+
+def __getattr__(name: str) -> object:
+    return renamed_in(__name__, _RENAMED, name)

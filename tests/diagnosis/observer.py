@@ -14,6 +14,7 @@ import numpy as np
 from gears3d.diagnosis.along_path import Shown, shown
 from gears3d.diagnosis.candidates import FREE
 from gears3d.diagnosis.cause import Cause
+from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     SCATTER,
@@ -26,7 +27,6 @@ from gears3d.diagnosis.path_fit import (
     settled,
     state_of,
 )
-from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.shooting import Windows
 from gears3d.effects import catalogue
 from gears3d.errors import InputError

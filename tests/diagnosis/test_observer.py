@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis.along_path import shown
-from gears3d.diagnosis.paths import Paths
+from gears3d.diagnosis.evidence import Paths
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
