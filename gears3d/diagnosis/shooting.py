@@ -329,8 +329,6 @@ class Windows:
         seen, loose = angle + turned[:, :1], (self.radii[0] * angle + zero) / self.radii[1] + turned[:, 1:]
         if wrong := self.misread(sensors, seen):
             angle, speed, rate = (own - off for own, off in zip(self.drive, wrong, strict=True))
-        flanks = self.flanks(rows, seen, loose)
-        flanks = flanks[0], flanks[1] + self.backlash
         laws = np.array([self.values.restitution, 0.0, 0.0])
         for row in rows:
             if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
@@ -342,8 +340,12 @@ class Windows:
         film = film_of(rows)
         kicks = starts.kicks if self.spread(effects) else starts.kicks[:, :0]
         flow = np.zeros((len(self), angle.shape[1] - 1 if most and len(film) else 0, 4))
-        shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, film, *starts[:3], kicks,
-              path, pace, events, counts, flow)  # fmt: skip
+        bends = any(200 < row.code < 300 for row in rows) and any(row.code == Code.GAP_SPRING for row in rows)
+        for place in (None, path) if bends else (None,):  # yielding teeth let the gear lag far behind its flank
+            flanks = self.flanks(rows, seen, loose, place=place)
+            flanks = flanks[0], flanks[1] + self.backlash
+            shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, film, *starts[:3],
+                  kicks, path, pace, events, counts, flow)  # fmt: skip
         made = np.zeros(len(self.window))
         read(path, pace, self.step, self.window, self.node, self.beyond, made)
         made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, speed, path)
@@ -386,8 +388,9 @@ class Windows:
         return made
 
     def flanks(
-        self, rows: Sequence[Row], drive: Array, loose: Array, known: tuple[Any, Any] = (None, None)
-    ) -> tuple[Array, Array]:
+        self, rows: Sequence[Row], drive: Array, loose: Array, known: tuple[Any, Any] = (None, None),
+        place: Array | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
         """Return by how much effects move the active and the reverse flank at the nodes [m], (w, n) each.
 
         Args:
@@ -395,13 +398,15 @@ class Windows:
             drive: angles [rad], (w, n).
             loose: angles on the active flank [rad], (w, n).
             known: waves over the angles of each flank, for :func:`gears3d.diagnosis.prediction.deviation`.
+            place: displacement [m], (w, n), where it is not that of the flanks.
         """
         rows = [row for row in rows if 200 < row.code < 300]
         if not rows:
             return np.zeros_like(drive), np.zeros_like(drive)
         made = []
         for flank, kept in enumerate(known):
-            which, turn = np.full(drive.size, flank), loose + flank * self.backlash / self.radii[1]
+            which = np.full(drive.size, flank)
+            turn = loose + (flank * self.backlash if place is None else place) / self.radii[1]
             own = deviation(rows, self.pair, drive.ravel(), turn.ravel(), which, kept)
             made.append(own.reshape(drive.shape))
         return made[0], made[1]
@@ -635,6 +640,7 @@ class Linearised:
         self.spread = windows.spread(effects)
         rows = [row for effect in (*windows.effects, *effects) for row in effect.rows(windows.values)]
         self.oiled = any(row.code == Code.GAP_FILM for row in rows)
+        self.place = run.path if any(row.code == Code.GAP_SPRING for row in rows) else None
         self.rest = windows.rest(run.made, run.starts, self.spread)
         self.none = np.zeros(windows.drive[0].shape)
         self.waves: tuple[dict[Any, Any], dict[Any, Any]] = {}, {}
@@ -700,7 +706,7 @@ class Linearised:
                 pushed = pushed + sign * made
             if any(200 < row.code < 300 for row in rows):
                 keep = not any(by) and not any(row.code == Code.FLANK_TOOTH for row in rows)
-                moved = windows.flanks(rows, seen, loose, self.waves if keep else (None, None))
+                moved = windows.flanks(rows, seen, loose, self.waves if keep else (None, None), self.place)
                 active, reverse = active + sign * moved[0], reverse + sign * moved[1]
             for row in rows:
                 if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:

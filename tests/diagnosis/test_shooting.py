@@ -9,7 +9,7 @@ from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.along_path import PARTED
 from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import begin
-from gears3d.diagnosis.path_fit import effects_of, fitted, polished, referenced, restore, rezeroed, state_of
+from gears3d.diagnosis.path_fit import effects_of, fitted, polished, referenced, restore, rezeroed, settled, state_of
 from gears3d.diagnosis.path_scores import fewer
 from gears3d.diagnosis.path_search import against, path_search
 from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
@@ -189,6 +189,21 @@ def test_friction_of_compliant_teeth_resists_in_either_sense_of_rotation(short, 
         return
     without = Windows(turning, [known], [turning.period], [(0.0, 0.0)])
     assert path_search(without, []).after > 100.0
+
+
+def test_deviations_of_compliant_teeth_go_by_the_angle_that_the_gear_has(short):
+    soft = catalogue()["tooth_compliance"](stiffness=3e4, damping=60.0)
+    wave = catalogue()["transmission_error"](amplitude=1e-5, order=36, phase=0.4, gear="loose")
+    missed = []
+    for effects in ([soft], [soft, wave]):
+        windows, _ = shot(short, effects)
+        for _ in range(3):
+            windows.restart(effects, anew=True)
+            windows.zeros += np.median(windows.missed(effects))
+        windows.restart(effects, anew=True)
+        settled(windows, effects, windows.residuals(effects))
+        missed.append(np.sqrt(np.mean(windows.missed(effects) ** 2)))
+    assert missed[1] < 1.5 * missed[0]
 
 
 def test_compliant_teeth_are_found_beside_another_cause(short):
