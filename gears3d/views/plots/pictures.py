@@ -223,12 +223,15 @@ def plan_picture(found: MeasurementPlan) -> Figure:
                 if one.possible and (" or " in one.name) == pair:
                     values = [scale * run.reaches[one.name] for run in option.runs]
                     label = one.name if len(found.options) == 1 else f"{one.name}, {option.encoder}"
-                    axes.plot(range(1, len(values) + 1), values, marker=marks[number % len(marks)], label=label)
+                    line = "-" if len(values) > 1 else ""
+                    mark = marks[number % len(marks)]
+                    axes.plot(range(1, len(values) + 1), values, marker=mark, linestyle=line, label=label)
         asked = next(one.asked for one in aims if (" or " in one.name) == pair)
         axes.axhline(scale * asked, color="black", lw=1.0, ls="--", label="asked for")
-        axes.set(yscale="log", xlabel="runs")
-        axes.set_xticks(range(1, max(len(option.runs) for option in found.options) + 1))
-        axes.set_ylabel("standard deviations apart" if pair else "size that shows at 5 sigma, % of unit size")
+        most = max(len(option.runs) for option in found.options)
+        axes.set(yscale="log", xlabel="runs", xlim=(0.5, most + 0.5))
+        axes.set_xticks(range(1, most + 1))
+        axes.set_ylabel("separation, sigma" if pair else "size seen at 5 sigma, %")
         axes.legend(fontsize=8)
     return figure
 

@@ -390,7 +390,8 @@ def measurement_plan(result: MeasurementPlan) -> Contents:
         "plan", "measurement plan", result.rig.title or "Runs to measure",
         "Which runs make the causes known, and how well?", plan_answer(result),
         [row for option in result.options for row in plan_rows(option)], result.to_dict(),
-        (lambda: plan_picture(result)) if shown else None, "Smallest size that shows over the number of runs",
+        (lambda: plan_picture(result)) if shown else None,
+        "Smallest size that is seen at 5 sigma, in % of the unit size, over the number of runs",
         tables, notes=[f"not possible: {one}" for one in dict.fromkeys(excluded)],
         tone="good" if any(one.reached for one in result.options) else "open", source=result.rig.source,
     )  # fmt: skip

@@ -326,10 +326,10 @@ def plan_answer(found: MeasurementPlan) -> str:
         many = f"{runs} run{'s' if runs != 1 else ''}, {figure(lasts, 'time').text} in all"
         lost = [one.name for one in option.aims if not one.possible]
         short = [one.name for one in option.aims if one.possible and not one.reached]
-        word = f"{many} reach all that is asked for" if option.reached else f"{many}"
+        word = f"{many}, reach{'' if runs != 1 else 'es'} all that is asked for" if option.reached else many
         word += f"; not reached: {', '.join(short)}" if short else ""
         word += f"; not observable, or not separable, in any of these runs: {', '.join(lost)}" if lost else ""
-        told.append(f"{option.encoder}: {word}.")
+        told.append(f"With encoders of {option.encoder}: {word}.")
     return " ".join(told)
 
 

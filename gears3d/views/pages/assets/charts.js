@@ -36,7 +36,11 @@ const line = (label, colour, value, more = {}) =>
   ({ label, stroke: css(colour), width: 1.6, pxAlign: 0, points: { show: false }, value, ...more });
 const twinLine = (label, value) => line(label, "--twin", value, { dash: [7, 5], width: 1.8 });
 
-const powers = (u, ticks) => ticks.map((v) => Math.abs(Math.log10(v) % 1) < 1e-9 ? String(+v.toPrecision(1)) : "");
+// powers of ten, or all ticks where there is no power of ten among them
+const powers = (u, ticks) => {
+  const whole = (v) => Math.abs(Math.log10(v) % 1) < 1e-9, some = ticks.some(whole);
+  return ticks.map((v) => !some || whole(v) ? String(+v.toPrecision(some ? 1 : 2)) : "");
+};
 
 // as many digits as tell one tick from the next, of small numbers with an exponent
 const stepped = (u, ticks, axis, space, step) => {
