@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from docs_blocks import FENCE, Block, command, missing
 from docs_effects import draw_effects, effects
 from docs_laws import laws
 from docs_reference import commands, scenario
@@ -21,7 +22,11 @@ ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "build" / "docs" / "source"
 HTML = ROOT / "build" / "docs" / "html"
 RUN = {
-    "docs/tutorial.md": ("sh", "python"),
+    "docs/start/install.md": ("sh",),
+    "docs/start/first-rattle.md": ("sh", "python"),
+    "docs/start/first-diagnosis.md": ("sh",),
+    "docs/howto/own-gear-pair.md": ("sh", "python"),
+    "docs/howto/own-records.md": ("sh", "python"),
     "lumped.md": ("sh", "python"),
     "bench-data.md": ("sh",),
     "blind.md": ("sh",),
@@ -30,7 +35,6 @@ RUN = {
 """Pages whose blocks are run, in order, in a folder of their own."""
 NOTEBOOK = "docs/notebook.ipynb"
 """The notebook, run in a folder of its own, too."""
-FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PICTURE = re.compile(r"!\[[^]]*\]\(made/[^)]*\)")
 """A picture that a block makes."""
 LINES = 40
@@ -130,32 +134,41 @@ def execute(page: Path, languages: tuple[str, ...]) -> None:
         (here / "made").mkdir()
 
         def run(found: re.Match[str]) -> str:
-            language, block = found.groups()
-            if language not in languages:
+            block = Block(found[1], found[2], found[3] or "")
+            if block.language not in languages:
                 return found.group()
-            printed = ran(page.name, language, block, here)
-            shown = f"\n\n```text\n{printed}\n```" if printed else ""
-            return found.group() + shown
+            printed = ran(page.name, block, here)
+            if block.shown or not printed:
+                return found.group()
+            return f"{found.group()}\n\n```text\n{shortened(printed)}\n```"
 
         page.write_text(FENCE.sub(run, page.read_text(encoding="utf-8")), encoding="utf-8")
         if any((here / "made").iterdir()):
             shutil.copytree(here / "made", page.parent / "made", dirs_exist_ok=True)
 
 
-def ran(page: str, language: str, block: str, here: Path) -> str:
-    """Run one block and return what it printed, shortened.
+def ran(page: str, block: Block, here: Path) -> str:
+    """Run one block and return what it printed.
 
     Raises:
-        SystemExit: it failed.
+        SystemExit: it failed, or did not print what the page shows.
     """
-    print(f"{page}: {block.strip().splitlines()[0]}", flush=True)
-    command = ["bash", "-euo", "pipefail", "-c", block] if language == "sh" else [sys.executable, "-c", block]
-    done = subprocess.run(command, cwd=here, env=os.environ | own(), capture_output=True, text=True, check=False)
+    print(f"{page}: {block.code.strip().splitlines()[0]}", flush=True)
+    words = command(block, sys.executable)
+    done = subprocess.run(words, cwd=here, env=os.environ | own(), capture_output=True, text=True, check=False)
     if done.returncode:
-        print(f"FAIL  {page}: ended with {done.returncode}\n{block}\n{done.stdout}{done.stderr}")
+        print(f"FAIL  {page}: ended with {done.returncode}\n{block.code}\n{done.stdout}{done.stderr}")
         raise SystemExit(1)
-    lines = [line.rstrip() for line in done.stdout.replace(str(here), ".").splitlines()]
-    return "\n".join(lines[:LINES] + (["..."] if len(lines) > LINES else [])).strip()
+    if absent := missing(block.shown, done.stdout):
+        print(f"FAIL  {page}: not printed by\n{block.code}\n{absent[0]}\nbut\n{done.stdout}")
+        raise SystemExit(1)
+    return "\n".join(line.rstrip() for line in done.stdout.replace(str(here), ".").splitlines()).strip()
+
+
+def shortened(printed: str) -> str:
+    """Return the first lines of an output."""
+    lines = printed.splitlines()
+    return "\n".join(lines[:LINES] + (["..."] if len(lines) > LINES else []))
 
 
 def build(kind: str, out: Path) -> int:

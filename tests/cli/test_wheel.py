@@ -1,9 +1,11 @@
-"""What people type works where they are: examples of the help and the README's commands, with the installed wheel.
+"""What people type works where they are: examples of the help, commands of the README and blocks of pages, with the
+installed wheel.
 
 The wheel lies in an environment of its own, with the libraries of the tests' environment; the folder is empty and
 nothing of the checkout is on its path. Examples that take more than a few seconds run with ``--slow``.
 """
 
+import importlib
 import os
 import re
 import shlex
@@ -23,6 +25,9 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = re.compile(r"(?:^|: )(gears3d .+)$", re.MULTILINE)
 FIRST = ("new", "run", "synthesize", "challenge", "diagnose", "bench", "segment")
 """Verbs whose examples write what those of others read."""
+PAGES = ("start/install", "start/first-rattle", "start/first-diagnosis", "howto/own-gear-pair", "howto/own-records")
+"""Pages whose blocks are run one after the other; those that simulate or measure with ``--slow``."""
+QUICK_PAGES = ("howto/own-gear-pair",)
 QUICK = ("new", "list", "show", "excitation", "export", "check", "schema", "cite")
 """Verbs that need no compiled kernel."""
 OF_THE_CLONE = "tools/"
@@ -70,10 +75,11 @@ def wheel(tmp_path_factory):
     # such a path comes after the environment's own packages, and its editable installs are not read
     (packages / "libraries.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
     environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "NUMBA_CACHE_DIR")}
+    environment |= {"COLUMNS": "110", "NO_COLOR": "1"}
     environment |= {"PATH": f"{python.parent}{os.pathsep}{os.environ['PATH']}", "MPLBACKEND": "agg"}
 
     def run(line, folder):
-        words = shlex.split(line)
+        words = shlex.split(line) if isinstance(line, str) else line
         return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
     return SimpleNamespace(run=run, packages=packages)
@@ -126,6 +132,30 @@ def test_quick_commands_of_the_readme_run(wheel, tmp_path):
     lines = [line for line in readme() if line.split()[1] in QUICK]
     assert lines
     assert failures(wheel, lines, tmp_path) == []
+
+
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK_PAGES else pytest.param(name, marks=pytest.mark.slow) for name in PAGES]
+)
+def test_blocks_of_a_page_run_in_an_empty_folder_and_print_what_it_shows(wheel, tmp_path, monkeypatch, name):
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    pages = importlib.import_module("docs_blocks")
+    found = pages.blocks((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8"))
+    assert found
+    for block in found:
+        done = wheel.run(pages.command(block), tmp_path)
+        assert done.returncode == 0, f"{block.code}\n{done.stdout}{done.stderr}"
+        assert pages.missing(block.shown, done.stdout) == [], f"{block.code}\n{done.stdout}"
+
+
+def test_a_line_that_a_page_shows_in_vain_is_found(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    pages = importlib.import_module("docs_blocks")
+    (block,) = pages.blocks("```sh\necho 12\n```\n\n```text\n12 mm\n...\n14 mm\n```\n")
+    assert pages.missing(block.shown, "12.01 mm\n13 mm\n14 mm\n") == []
+    assert pages.missing(block.shown, "12.01 mm\n13 mm\n15 mm\n") == ["14 mm"]
+    assert pages.missing(block.shown, "14 mm\n12 mm\n") == ["14 mm"]
 
 
 @pytest.mark.slow

@@ -13,6 +13,8 @@ ROOT = Path(__file__).resolve().parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"
 CHECKED = [
     "CONTRIBUTING.md",
+    "docs/start",
+    "docs/howto",
     "gears3d/views",
     "README.md",
     "gears3d/cli",
