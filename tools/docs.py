@@ -71,7 +71,7 @@ def gather() -> None:
     """Copy what is written and write what comes from the code."""
     shutil.rmtree(SOURCE, ignore_errors=True)
     SOURCE.mkdir(parents=True)
-    for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
+    for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"):
         text = (ROOT / name).read_text(encoding="utf-8")
         (SOURCE / name).write_text(text.replace("](docs/site/", "]("), encoding="utf-8")  # those pages go to the top
     shutil.copytree(ROOT / "docs", SOURCE / "docs", ignore=shutil.ignore_patterns("site"))

@@ -156,9 +156,10 @@ def signs(axes: Axes) -> None:
 
 def main() -> None:
     """Draw the three parts and write the picture."""
-    figure = Figure(figsize=(13, 5.2), layout="constrained")
+    figure = Figure(figsize=(9.2, 8.2), layout="constrained")
     FigureCanvasAgg(figure)
-    for axes, part in zip(figure.subplots(1, 3), (section, directions, signs), strict=True):
+    places = figure.subplot_mosaic([["left", "right"], ["below", "below"]], height_ratios=[1.25, 1.0])
+    for axes, part in zip(places.values(), (section, directions, signs), strict=True):
         part(axes)
     figure.savefig(PICTURE, dpi=110)
     print(PICTURE)
