@@ -51,7 +51,7 @@ def seen(admitted: Sequence[Admitted], effects: Sequence[dict[str, Any]], zeros:
     """
     kinds = [one["kind"] for one in effects]
     none: dict[str, float | None] = dict.fromkeys(kinds)
-    records = shown(admitted, Paths(), max(40, *(one.get("order", 0) for one in effects)))
+    records = shown(admitted, Paths(), max([40, *(one.get("order", 0) for one in effects)]))
     if records is None or len(records.windows) < 8:
         return none
     causes = [one for one in (_cause(records, effect) for effect in effects) if one is not None]

@@ -47,3 +47,4 @@ def test_what_windows_do_not_show_is_not_judged(tmp_path):
     plan = Case("below", 3, ("mesh_drag",), (("noise", 0.003), ("duration", 4.0)), "below").plan()
     hide(plan, tmp_path)
     assert sees(records(tmp_path), plan) == {"mesh_drag": None}
+    assert observer.seen(records(tmp_path), [], None) == {}
