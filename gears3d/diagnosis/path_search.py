@@ -69,6 +69,8 @@ SIZES = {
 say nothing of those."""
 DAMPINGS = (0.05, 0.15)
 """Parts of the critical damping at which compliant teeth are tried."""
+EVEN = 0.4
+"""The same of small falls, over their root: where all windows gain alike, noise alone makes it 0.5."""
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
 """Part of the best score that a candidate needs to be fitted, and in the place of a cause, and causes that are
 exchanged at most."""
@@ -416,7 +418,7 @@ def _pays(windows: Windows, base: State, less: State, more: State) -> bool:
     Where residuals are noise with it, errors of the model do not count.
     """
     gain, sure = gain_of(windows, less, more)
-    if gain <= ACCEPT or sure <= STEADY:
+    if gain <= ACCEPT or sure <= min(STEADY, EVEN * float(np.sqrt(gain))):
         return False
     return float(np.median(windows.level(more.rest))) < NOISE or gain > ERRS * gain_of(windows, base, more)[0]
 
