@@ -1,7 +1,8 @@
 """What an observer who knows the hidden causes would see of each in the records: Fisher information along the path.
 
-The causes stand at their true numbers; starts of windows, zeros of records, and angles without a mark are free. What
-this observer does not see, no diagnosis can.
+The causes stand at their true numbers; starts of windows, zeros of records, and angles without a mark are free. It has
+the windows and the slopes of the search: it shows what that could find, not whether its model is right. Windows are a
+part of the records, so that a cause which it hardly sees may show in the rest.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from gears3d.diagnosis.path_fit import (
     settled,
     state_of,
 )
-from gears3d.diagnosis.shooting import Windows
+from gears3d.diagnosis.shooting import RUN, Windows
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
 from gears3d.measured.checks import Admitted
@@ -35,8 +36,6 @@ from gears3d.measured.checks import Admitted
 Array = np.ndarray
 SEES = 5.0
 """Standard deviations from which on the observer sees a cause."""
-RUN = 16
-"""Readings over which residuals may keep their sign."""
 
 
 def seen(admitted: Sequence[Admitted], effects: Sequence[dict[str, Any]], zeros: Any) -> dict[str, float | None]:
