@@ -25,9 +25,26 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = re.compile(r"(?:^|: )(gears3d .+)$", re.MULTILINE)
 FIRST = ("new", "run", "synthesize", "challenge", "diagnose", "bench", "segment")
 """Verbs whose examples write what those of others read."""
-PAGES = ("start/install", "start/first-rattle", "start/first-diagnosis", "howto/own-gear-pair", "howto/own-records")
+PAGES = (
+    "start/install",
+    "start/first-rattle",
+    "start/first-diagnosis",
+    "howto/own-gear-pair",
+    "howto/own-records",
+    "howto/sensor-faults",
+    "howto/coast-down",
+    "howto/lumped-model",
+    "howto/blind-test",
+    "howto/share-a-result",
+    "howto/sweep-on-a-cluster",
+    "howto/export",
+    "howto/write-an-effect",
+    "howto/write-a-reader",
+    "howto/without-pybullet",
+    "theory/rattle",
+)
 """Pages whose blocks are run one after the other; those that simulate or measure with ``--slow``."""
-QUICK_PAGES = ("howto/own-gear-pair",)
+QUICK_PAGES = ("howto/own-gear-pair", "howto/write-a-reader", "theory/rattle")
 QUICK = ("new", "list", "show", "excitation", "export", "check", "schema", "cite")
 """Verbs that need no compiled kernel."""
 OF_THE_CLONE = "tools/"

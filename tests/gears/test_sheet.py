@@ -255,7 +255,7 @@ def test_contact_ratio_within_a_micrometre_is_where_relief_has_taken_that(shape)
 
 
 def test_documentation_explains_every_symbol():
-    text = (Path(__file__).resolve().parents[2] / "docs/gears.md").read_text()
+    text = (Path(__file__).resolve().parents[2] / "docs/theory/geometry.md").read_text()
     explained = {
         symbol.strip()
         for line in text.splitlines()

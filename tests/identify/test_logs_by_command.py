@@ -335,7 +335,7 @@ def test_a_torque_that_is_not_constant_is_said_first(tmp_path, capsys):
 
 
 def shown(what, hits):
-    """Print a share and return it: ``pytest --slow -s -k draws`` gives the numbers of docs/identifying.md."""
+    """Print a share and return it: ``pytest --slow -s -k draws`` shows the shares."""
     print(f"{what}: {sum(hits)} of {len(hits)}")  # noqa: T201 - the documentation has these numbers
     return float(np.mean(hits))
 

@@ -16,12 +16,15 @@ TERMS: dict[str, tuple[str, str]] = {
         "flanks touch, equal to the backlash where the reverse flanks touch.",
         _GEARS,
     ),
-    "backlash": ("Range of the displacement without contact, along the transverse line of action.", "gears.md"),
+    "backlash": (
+        "Range of the displacement without contact, along the transverse line of action.",
+        "theory/geometry.md",
+    ),
     "excitation": (
         "Λ: inertia torque of the fluctuation over the drag torque; with rigid teeth contact is lost above 1.",
         _GEARS,
     ),
-    "drag": ("Torque that resists the rotation of the loose gear: bearings, seals, oil.", "identifying.md"),
+    "drag": ("Torque that resists the rotation of the loose gear: bearings, seals, oil.", "theory/identification.md"),
     "regime": (
         "Contact, single-sided impacts (on one flank) or double-sided impacts (on both flanks: rattle).",
         _GEARS,
@@ -45,17 +48,23 @@ TERMS: dict[str, tuple[str, str]] = {
     "noise": ("Standard deviation of one reading, as displacement along the line of action.", _RECORDS),
     "goodness-of-fit test": (
         "χ² test of the readings of a flight against free flight; flights with p < 0.1 % are not used.",
-        "measuring.md",
+        "theory/segmentation.md",
     ),
-    "sensor gate": ("Checks of rows, clock, units, signs, ratios and counts before any analysis.", "gate.md"),
+    "sensor gate": (
+        "Checks of rows, clock, units, signs, ratios and counts before any analysis.",
+        "howto/sensor-faults.md",
+    ),
     "held-out": ("Data that were excluded from the fit and then predicted.", _CAUSES),
     "residual": ("Measurement minus prediction.", _CAUSES),
     "95 %": ("Interval that contains the true value in 95 of 100 repetitions.", _CAUSES),
     "nominal model": ("Scenario of the test rig before any correction.", _CAUSES),
     "extended model": ("Nominal model with the reported causes.", _CAUSES),
     "channel": ("Kind of data that is predicted: flight, contact, impact, loss of contact, drive.", _CAUSES),
-    "cause": ("Effect of the catalogue whose addition reduces the residuals significantly (Δχ² > 30).", "diagnosis.md"),
-    "competing hypothesis": ("Another cause that could explain the same data.", "diagnosis.md"),
-    "minimum detectable effect": ("Smallest size at which a cause would be reported.", "diagnosis.md"),
+    "cause": (
+        "Effect of the catalogue whose addition reduces the residuals significantly (Δχ² > 30).",
+        "theory/diagnosis.md",
+    ),
+    "competing hypothesis": ("Another cause that could explain the same data.", "theory/diagnosis.md"),
+    "minimum detectable effect": ("Smallest size at which a cause would be reported.", "theory/diagnosis.md"),
 }
 """Meaning and page by term."""

@@ -385,7 +385,7 @@ def test_the_maps_of_the_documentation_are_maps():
 
     from gears3d.measured.readers.map_model import RecordMap
 
-    blocks = re.findall(r"```toml\n(.*?)```", Path("docs/records.md").read_text(encoding="utf-8"), re.DOTALL)
+    blocks = re.findall(r"```toml\n(.*?)```", Path("docs/howto/record-map.md").read_text(encoding="utf-8"), re.DOTALL)
     assert len(blocks) == 2
     for block in blocks:
         document = tomllib.loads(block)

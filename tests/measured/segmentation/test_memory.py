@@ -85,6 +85,6 @@ def test_every_row_of_300_megabytes_is_written(reported):
 
 @pytest.mark.slow
 @LINUX
-@pytest.mark.xfail(strict=True, reason="takes 510 to 549 MB, as docs/measuring.md says")
+@pytest.mark.xfail(strict=True, reason="takes 510 to 549 MB")
 def test_with_a_report_300_megabytes_are_measured_within_490(reported):
     assert reported[1] < 490.0
