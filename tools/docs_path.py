@@ -32,7 +32,8 @@ def main() -> None:
     backlash, period = UM * scenario.rig().backlash, scenario.period
     begin = 4.0 * period
     part = run.between(begin, begin + period)
-    phase, place = (part.time - begin) / period, UM * part.signals["displacement_m"]
+    phase = np.asarray((part.time - begin) / period, dtype=float)
+    place = np.asarray(UM * part.signals["displacement_m"], dtype=float)
     figure = Figure(figsize=(9.2, 4.2), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()
@@ -42,11 +43,10 @@ def main() -> None:
         axes.text(0.005, level + side * 15.0, words, color=colour, va="center", fontsize=9)
     axes.plot(phase, place, color="k", lw=1.4)
     times = (part.impacts["time_s"] - begin) / period
-    first = [np.flatnonzero(part.impacts["flank"] == flank)[0] for flank in (0, 1)]
-    for k, colour in zip(first, (BLUE, ORANGE), strict=True):
-        axes.plot(times[k], backlash * part.impacts["flank"][k], "o", color=colour, ms=7, zorder=3)
-    lower, upper = times[first[0]], times[first[1]]
-    left = phase[np.flatnonzero(place > 1.0)[0]]
+    lower, upper = (float(times[part.impacts["flank"] == flank][0]) for flank in (0, 1))
+    for at, level, colour in ((lower, 0.0, BLUE), (upper, backlash, ORANGE)):
+        axes.plot(at, level, "o", color=colour, ms=7, zorder=3)
+    left = float(phase[place > 1.0][0])
     label(axes, "contact loss", (left, 0.0), (left - 0.1, 70.0))
     middle = 0.5 * (left + upper)
     label(axes, "free flight", (middle, float(np.interp(middle, phase, place))), (middle - 0.1, 150.0))
