@@ -167,6 +167,8 @@ def diagnose(
 
     Raises:
         InputError: a record cannot be read or measured, or is missing.
+
+    Theory: docs/theory/diagnosis.md.
     """
     admitted, bench = _opened(records, rig, stated_motion)
     found = _diagnosed(admitted, bench, progress or (lambda doing, part: None), bodies, runs)

@@ -221,6 +221,7 @@ def estimate_noise(
     where it is known [rad]; else it is measured. Returns the model.
 
     Source: Riley 2008 (NIST SP 1065), 5.2.9 Hadamard variance; Heydemann 1981 (Appl. Opt. 20, 3382).
+    Theory: docs/theory/measuring.md.
 
     >>> time, rng = np.arange(200_000) * 1e-4, np.random.default_rng(1)
     >>> found = estimate_noise(time, 3.0 * time + rng.normal(0.0, 1e-5, len(time)))

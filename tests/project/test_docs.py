@@ -18,6 +18,7 @@ from typer.main import get_command
 from gears3d import cli, load
 from gears3d.effects import catalogue
 from gears3d.scenario.document import names
+from gears3d.views.pages.terms import TERMS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -82,6 +83,20 @@ def test_pages_of_the_site_describe_their_pictures(page):
     pictures = [one for one in LINK.findall(page.read_text()) if one[0]]
     assert pictures
     assert all(len(words) > 20 for _, words, _ in pictures)
+
+
+def test_pages_that_code_and_reports_name_exist():
+    named = [
+        (file, found)
+        for file in (ROOT / "gears3d").rglob("*.py")
+        for found in re.findall(r"\bdocs/[\w/-]+\.md", file.read_text(encoding="utf-8"))
+    ]
+    assert len(named) > 5
+    assert [(file.name, found) for file, found in named if not (ROOT / found).exists()] == []
+    for term, (_, target) in TERMS.items():
+        page, _, anchor = target.partition("#")
+        assert (ROOT / "docs" / page).exists(), term
+        assert not anchor or anchor in anchors(ROOT / "docs" / page), term
 
 
 def test_the_site_has_every_page():

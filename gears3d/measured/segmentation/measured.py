@@ -71,6 +71,8 @@ def measure(
     Raises:
         InputError: base radii are not known, or noise and counts hide what happens in the backlash.
 
+    Theory: docs/theory/segmentation.md.
+
     >>> from gears3d.scenario import load
     >>> from gears3d.simulation import record
     >>> bench = load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"})
