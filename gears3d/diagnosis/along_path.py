@@ -16,10 +16,10 @@ from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.hypotheses import Rival
 from gears3d.diagnosis.path_fit import ACCOUNTS, EXCLUDED, LAWS, OIL, RUB, SCATTER, SMALLEST, SOFT, effects_of
-from gears3d.diagnosis.path_search import Path, against, halves, path_search
+from gears3d.diagnosis.path_search import Against, Path, against, halves, path_search
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.search import ENOUGH, Search, blind, given, in_own_channels
-from gears3d.diagnosis.shooting import Windows, shootable
+from gears3d.diagnosis.shooting import NOISE, Windows, shootable
 from gears3d.diagnosis.verdict import PLACES
 from gears3d.effects import Code, catalogue
 from gears3d.errors import InputError
@@ -48,6 +48,8 @@ CLEAR = 0.02
 UNSURE = 64.0
 """Fall of chi-square that the uncertainty of the drive's motion may explain where channels tell causes apart: in four
 records whose drive is well known it came to 1 to 17, in one whose drive is known to 1 % to 124 to 472."""
+LITTLE = 0.05
+"""Part of a cause's size from which on it is fitted to a path that is that of the rig without it."""
 APART, KNOWN = 3.0, 0.005
 """Standard deviations by which a number from events may be off that from the path, and how well either is known at
 best, in units."""
@@ -109,6 +111,11 @@ class AlongPath(NamedTuple):
         return none and self.path.after <= ACCOUNTS and self.path.parted <= PARTED
 
     @property
+    def quiet(self) -> bool:
+        """Whether the path of the rig as it is leaves noise alone."""
+        return self.agrees and self.path.after <= NOISE
+
+    @property
     def limits(self) -> dict[str, float]:
         """Smallest size of an effect that the path shows, in units, by place; compliant teeth have no restitution."""
         soft = any(row.code == Code.GAP_SPRING for row in self.windows.base)
@@ -162,21 +169,40 @@ class AlongPath(NamedTuple):
             return [False] * len(found.fit.causes)
         told = {one.name: one.turned for one in (*self.others, *found.records)}
         turned = [told.get(name, (0.0, 0.0)) for name in self.names]
-        seen = against(self.windows, causes, turned) if causes else None
-        if seen is None:
-            return [False] * len(found.fit.causes)
-        if not self.accounts:
-            leaves = (seen.level - 1.0) / max(self.path.before - 1.0, 1e-9)
-            wrong = dict.fromkeys(range(len(causes)), leaves > LEAVES)
+        if self.agrees:
+            wrong = {k: self._denies(found.records, one, turned) for k, one in enumerate(causes)}
         else:
-            known, at, wrong = covariance(found.records, causes), 0, {}
-            for k, (cause, other) in enumerate(zip(causes, seen.causes, strict=True)):
-                own = slice(at, at + len(cause.numbers))
-                at = own.stop
-                spread = np.diag(known)[own] + np.diag(seen.covariance)[own] + (KNOWN * cause.units) ** 2
-                wrong[k] = bool(np.any((cause.numbers - other.numbers) ** 2 > APART**2 * spread))
+            wrong = self._off(found.records, causes, against(self.windows, causes, turned) if causes else None)
         told = iter(range(len(causes)))
         return [one.candidate.kind not in UNSEEN and wrong[next(told)] for one in found.fit.causes]
+
+    def _off(self, records: Sequence[Evidence], causes: Sequence[Cause], seen: Against | None) -> dict[int, bool]:
+        """Return which causes the path gives another size, or leaves it as far off with."""
+        if seen is None:
+            return dict.fromkeys(range(len(causes)), False)
+        if not self.accounts:
+            leaves = (seen.level - 1.0) / max(self.path.before - 1.0, 1e-9)
+            return dict.fromkeys(range(len(causes)), leaves > LEAVES)
+        known, at, wrong = covariance(records, causes), 0, {}
+        for k, (cause, other) in enumerate(zip(causes, seen.causes, strict=True)):
+            own = slice(at, at + len(cause.numbers))
+            at = own.stop
+            spread = np.diag(known)[own] + np.diag(seen.covariance)[own] + (KNOWN * cause.units) ** 2
+            wrong[k] = bool(np.any((cause.numbers - other.numbers) ** 2 > APART**2 * spread))
+        return wrong
+
+    def _denies(self, records: Sequence[Evidence], cause: Cause, turned: Sequence[tuple[float, float]]) -> bool:
+        """Return whether the path, which is that of the rig as it is, would show a cause and does not."""
+        numbers = cause.numbers.copy()
+        numbers[: 2 if cause.candidate.phased else 1] *= LITTLE
+        seen = against(self.windows, [cause._replace(numbers=numbers)], turned)
+        if seen is None:
+            return False
+        own = seen.causes[0].numbers
+        apart, sure = cause.numbers - own, np.linalg.pinv(seen.covariance, hermitian=True)
+        shows = bool(own @ sure @ own > EXCLUDED) and seen.level < self.path.after
+        spread = np.diag(covariance(records, [cause])) + np.diag(seen.covariance)
+        return bool(np.any(apart**2 > APART**2 * spread)) or (bool(apart @ sure @ apart > EXCLUDED) and not shows)
 
 
 class Shown(NamedTuple):

@@ -212,7 +212,8 @@ def _diagnosed(
     whole = along_path(records, admitted, paths, highest, searching)
     if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
         return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
-    seen = contact_law_of(admitted, notes, tell, paths)
+    quiet = whole is not None and whole.quiet  # no law of contact makes it nearer
+    seen = EpisodeAnalysis(None, None) if quiet else contact_law_of(admitted, notes, tell, paths)
     if seen.law is not None:
         return _by_contact_law(admitted_all, rig, notes, seen.law, bodies)
     records, found, short = search_with_resegmentation(admitted, records, highest, paths, tell)
@@ -228,7 +229,7 @@ def _diagnosed(
     tell("predicting the displacement from measured states", 0.88)
     accepted, far = tested_by_prediction(accepted, admitted, paths)
     if whole is not None and short is None and rings is None:
-        accepted = tested_by_path(accepted, whole.path, whole.contradicted(accepted.found))
+        accepted = tested_by_path(accepted, whole.path, whole.contradicted(accepted.found), whole.agrees)
     found, others, causes = accepted.found, accepted.others, accepted.causes
     notes = [*accepted.notes, *phase_notes(causes), *tooth_notes(found.records)]
     off, coarse_too = whole_channels(found, left)
@@ -239,7 +240,7 @@ def _diagnosed(
     solid, proposed = _further(found, others, tell, bodies, runs)
     tell("done", 1.0)
     limits = minimum_detectable(found.known) if rings is None else {}
-    if whole is not None and whole.agrees and not causes and not accepted.suspects:
+    if whole is not None and whole.agrees and not causes and (whole.quiet or not accepted.suspects):
         left = []  # residuals of single events come from segmentation
         limits = {place: min(limit, whole.limits[place]) for place, limit in limits.items()}
     verdict = classify(causes, left, limits) if accepted.decides else "not_decidable"

@@ -585,15 +585,19 @@ class WithoutStarts:
 def _unsure(curve: Curve) -> list[tuple[float, float]]:
     """Return circular frequencies [rad/s] of a drive's harmonics, and by how much each may be wrong [rad].
 
-    Those of the next multiples of the strongest may have been missed, too.
+    Those of the next multiples of the strongest may have been missed, too, or be hidden by the encoder's counts.
     """
     waves = curve.waves
     if not len(waves.turns):
         return []
     first = float(waves.turns[np.argmax(np.abs(waves.sizes) * waves.turns)])
     sigma = waves.sigma / np.sqrt(len(waves.turns))
-    more = [k * first for k in range(2, MULTIPLES + 1) if np.min(np.abs(waves.turns - k * first)) > 0.01 * first]
-    return [*((turn, sigma) for turn in waves.turns.tolist()), *((turn, UNSEEN * sigma) for turn in more)]
+    made = [(turn, sigma) for turn in waves.turns.tolist()]
+    for turn in first * np.arange(2.0, MULTIPLES + 1.0):
+        if np.min(np.abs(waves.turns - turn)) > 0.01 * first:
+            sizes = [size for other, size in waves.hidden if abs(other - turn) < 0.01 * first]
+            made.append((float(turn), max(UNSEEN * sigma, *sizes, 0.0)))
+    return made
 
 
 class _Run(NamedTuple):

@@ -130,8 +130,11 @@ def tested_by_prediction(
     return accepted, left if accepted.causes else []
 
 
-def tested_by_path(accepted: Accepted, path: Path, wrong: Sequence[bool]) -> Accepted:
-    """Return candidate causes that the path contradicts in size, or that hardly reduce its error."""
+def tested_by_path(accepted: Accepted, path: Path, wrong: Sequence[bool], agrees: bool) -> Accepted:
+    """Return candidate causes that the path does not contradict in size, and that reduce its error.
+
+    Where the path agrees with the rig as it is, a refuted cause leaves nothing undecided.
+    """
     bad = [cause.effect for cause, own in zip(accepted.found.fit.causes, wrong, strict=True) if own]
     refuted = tuple(one for one in accepted.causes if one.effect in bad)
     if not refuted:
@@ -142,7 +145,8 @@ def tested_by_path(accepted: Accepted, path: Path, wrong: Sequence[bool]) -> Acc
         f" {np.sqrt(path.after):.3g} times with the causes that it shows itself"
     )
     told = Note("path-refutes", text, "check the motion, the counts and the condition of the records")
-    return _rejecting(accepted, refuted, [told])
+    left = _rejecting(accepted, refuted, [told])
+    return left._replace(decides=accepted.decides) if agrees else left
 
 
 def _rejecting(accepted: Accepted, refuted: Sequence[Named], notes: Sequence[Note]) -> Accepted:

@@ -90,12 +90,14 @@ class DriveMotion(NamedTuple):
         mean_sigma: standard deviation [rad/s].
         speeds: at the beginning and at the end, fluctuation apart [rad/s].
         harmonics: that with the period of the motion first, then by decreasing amplitude.
+        hidden: multiples of the strongest that lines of the noise may hide, with the largest amplitude that fits.
     """
 
     mean: float
     mean_sigma: float
     speeds: tuple[float, float]
     harmonics: tuple[Harmonic, ...] = ()
+    hidden: tuple[Harmonic, ...] = ()
 
     @property
     def period(self) -> float | None:
@@ -191,10 +193,15 @@ def _of(time: Array, angle: Array, frequencies: Sequence[float], count: float = 
         return DriveMotion(mean, 0.0, (mean, mean))
     fit = _Fit(time, angle, width)
     turns = np.array([2.0 * pi * one for one in frequencies if one * span >= 1.0])
-    numbers = fit.solve(turns)
+    numbers, hidden = fit.solve(turns), turns[:0]
     if not len(frequencies):
-        turns, numbers = _search(fit, count)
-    return _motion(fit, turns, numbers, bool(len(frequencies)))
+        turns, numbers, hidden = _search(fit, count)
+    found = _motion(fit, turns, numbers, bool(len(frequencies)))
+    if not len(hidden):
+        return found
+    both = np.append(turns, hidden)
+    every = _motion(fit, both, fit.solve(both), True).harmonics
+    return found._replace(hidden=every[len(turns) :])
 
 
 def _beats(reading: Reading) -> float:
@@ -300,8 +307,8 @@ def _steep(grid: Array, power: Array) -> Array:
     return median_filter(power * square, 2 * BESIDE + 1, mode="reflect") / np.log(2.0) / square
 
 
-def _search(fit: _Fit, count: float) -> tuple[Array, Array]:
-    """Return angular frequencies of all harmonics, the strongest first, and the coefficients of the fit."""
+def _search(fit: _Fit, count: float) -> tuple[Array, Array, Array]:
+    """Return angular frequencies of all harmonics, the strongest first, coefficients of the fit, and hidden ones."""
     turns = np.zeros(0)
     numbers = fit.solve(turns)
     least = max(COUNTED * count, ROUNDED * (abs(fit.first) + float(np.abs(fit.angle).max())))
@@ -328,7 +335,7 @@ def _search(fit: _Fit, count: float) -> tuple[Array, Array]:
         shift = float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5)) if bend < 0.0 else 0.0
         turns = np.append(turns, grid[best] + shift * line)
         turns, numbers = fit.refined(turns, fit.solve(turns))
-    turns = _with_multiples(fit, turns)
+    turns, hidden = _with_multiples(fit, turns)
     numbers = fit.solve(turns)
     for _ in range(ROUNDS if len(turns) else 0):
         turns, numbers = fit.refined(turns, numbers)
@@ -337,16 +344,18 @@ def _search(fit: _Fit, count: float) -> tuple[Array, Array]:
         near = np.abs(turns - times * turns[0]) < 0.5 * pi / fit.half
         turns = np.where(near & (times > 1.0), times * turns[0], turns)
         numbers = fit.solve(turns)
-    return turns, numbers
+    return turns, numbers, hidden
 
 
-def _with_multiples(fit: _Fit, turns: Array) -> Array:
+def _with_multiples(fit: _Fit, turns: Array) -> tuple[Array, Array]:
     """Return the frequencies of harmonics with those multiples of the strongest that exceed the noise as well.
 
-    Their frequencies are known, so that less noise can pass for one than where a line is looked for.
+    Their frequencies are known, so that less noise can pass for one than where a line is looked for. Those that exceed
+    the level of the noise, but not its own lines, are returned apart.
     """
+    hidden = turns[:0]
     if not len(turns):
-        return turns
+        return turns, hidden
     times = np.arange(2, NEXT + 1) * turns[0]
     line = pi / fit.half
     apart = np.min(np.abs(times[:, None] - turns), axis=1) > APART * line
@@ -359,13 +368,15 @@ def _with_multiples(fit: _Fit, turns: Array) -> Array:
         sizes = np.hypot(*np.split(numbers[DEGREE + 1 :], 2)) * fit.shrunk(tried)
         kept = sizes * tried**2 > SMALL * sizes[0] * tried[0] ** 2
         kept &= sizes > SURE * np.sqrt(np.interp(tried, grid, level) / 3.0)
+        exceeds = kept.copy()
         for k, turn in enumerate(tried):
             near = np.abs(grid - turn)
             own = np.sort(lines[(near < 0.9 * turns[0]) & (near > 2.0 * line)])[-OTHERS:]
             kept[k] &= len(own) < OTHERS or sizes[k] > OVER * own[0]
         kept[: len(turns)] = True
+        hidden = np.append(hidden, tried[exceeds & ~kept])
         tried = tried[kept]
-    return tried
+    return tried, hidden
 
 
 def _motion(fit: _Fit, turns: Array, numbers: Array, given: bool) -> DriveMotion:

@@ -87,7 +87,7 @@ def model_noise(reading: Reading, fluctuation: float | None = None) -> tuple[Rea
         turn = 2.0 * np.pi / reading.quantum
         lines = (round(turn / 4.0),) if abs(turn / 4.0 - round(turn / 4.0)) < 1e-3 * turn / 4.0 else ()
     white = None if reading.quantum is None else usual(reading.sigma)
-    found = estimate_noise(reading.time, reading.shown, white, lines, edges, fluctuation)
+    found = estimate_noise(reading.time, reading.shown, white, lines, edges, fluctuation, reading.quantum)
     found = replace(found, walk=0.0)  # a random walk of a rattling gear is its motion
     if found.periodic:
         shown = found.corrected(reading.shown)

@@ -57,6 +57,8 @@ SLIGHT = 0.1
 PASSES = 2
 # Part of the strongest order's amplitude below which another one may be a side band of it.
 FAINT = 0.005
+# Largest slope of an interpolation error over the angle: at 5 % of a line; larger waves are motion or rounding.
+STEEPEST = 0.3
 # Part of the changes that must come after the same number of repeated readings, for an update rate to be stated.
 HELD_SHARE = 0.6
 # Counts per sample from which a repeated reading is not an update.
@@ -210,6 +212,7 @@ def estimate_noise(
     lines: tuple[int, ...] = (),
     edges: bool = False,
     fluctuation: float | None = None,
+    count: float | None = None,
 ) -> NoiseModel:
     """Return the noise of an encoder's angle, estimated from a record of the moving gear.
 
@@ -218,7 +221,8 @@ def estimate_noise(
     grows faster than a random walk is motion. Interpolation errors are harmonics of integer order in the angle itself.
 
     ``time``: of the readings [s], rising, (n,); ``angle``: [rad], (n,); ``white``: standard deviation of a reading
-    where it is known [rad]; else it is measured. Returns the model.
+    where it is known [rad]; else it is measured; ``count``: of the encoder, where it is known [rad]: on whole counts,
+    orders beyond those of a revolution look like slow ones. Returns the model.
 
     Source: Riley 2008 (NIST SP 1065), 5.2.9 Hadamard variance; Heydemann 1981 (Appl. Opt. 20, 3382).
     Theory: docs/theory/measuring.md.
@@ -231,7 +235,7 @@ def estimate_noise(
     spacing = float(np.median(np.diff(time[: 4 * STRETCH])))
     span = float(time[-1] - time[0])
     held = held_readings(time, angle)
-    count = 0.0 if edges else quantum_of(angle) or 0.0
+    count = 0.0 if edges else count or quantum_of(angle) or 0.0
     pieces = _pieces(time, angle, edges)
     turns = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
     motion = _Motion(fluctuation, turns) if fluctuation and turns > 0.0 else None
@@ -675,6 +679,7 @@ def _fitted(
     strongest = float(np.max(np.abs(phasors)))
     for k, (order, chance) in enumerate(zip(orders, chances, strict=True)):
         sigma, size = float(spread[k] * np.sqrt(floor[order])), float(abs(phasors[k]))
-        if size > max(SURE * sigma, FAINT * strongest, least) and _repeats(rows[2 * k : 2 * k + 2], rest):
+        kept = size * order < STEEPEST and size > max(SURE * sigma, FAINT * strongest, least)
+        if kept and _repeats(rows[2 * k : 2 * k + 2], rest):
             made.append(Periodic(order, size, sigma, float(np.angle(phasors[k])), min(chance, 1.0)))
     return tuple(made)

@@ -325,7 +325,7 @@ PLACES: tuple[tuple[str, ...], ...] = (
 
 PARTS: dict[str, Callable[[str, int, tuple[str, float]], Iterator[Case]]] = {
     "kinds": _kinds, "unknown": _unknown, "two": _pairs, "limits": _limits, "ablation": _ablated, "sets": _alike,
-    "space": _anywhere, "space2": _anywhere, "space3": _anywhere, "space4": _anywhere, "space6": _anywhere,
+    **dict.fromkeys(("space", "space0", "space2", "space3", "space4", "space6"), _anywhere),
     **dict.fromkeys(("nothing", "chaotic", "coarse", "below", "harmonic", "short", "dirt"), _null),
 }  # fmt: skip
 """Sorts of blind tests."""

@@ -120,3 +120,11 @@ def test_the_rest_does_without_a_stage(stage):
     short = (("records", 3), ("duration", 4.0), ("noise", FINE))
     row = play(Case("ablation", 31, ("restitution_offset",), short, without=stage))
     assert row["kinds_first"], row
+
+
+@pytest.mark.parametrize("seed", [4, *(pytest.param(one, marks=pytest.mark.slow) for one in (2, 7, 53, 69))])
+def test_nothing_is_named_where_the_path_agrees_and_segmentation_errs(seed):
+    # coarse counts, flights of a few hundredths of the backlash, a fluctuation locked to the rotation
+    made = play(Case("space0", seed, ()))
+    assert made["causes"] == []
+    assert made["refused"] is None

@@ -137,3 +137,29 @@ def test_a_slight_multiple_of_the_fluctuation_is_found():
         motion = drive_motion(time, angle + rng.normal(0.0, 3e-4, len(time)))
         found += any(one.frequency == pytest.approx(120.0, rel=1e-4) for one in motion.harmonics)
     assert found >= 15
+
+
+@pytest.mark.parametrize(("counts", "rate", "seed"), [(125_030, 6733.2, 0), (65_538, 4000.0, 1)])
+def test_a_fluctuation_locked_to_the_rotation_is_no_error_of_coarsely_sampled_counts(counts, rate, seed):
+    # on whole counts, waves of nearly as many orders as counts look like those of the rotation's second order
+    rng, time = np.random.default_rng(seed), np.arange(0.0, 2.0, 1.0 / rate)
+    mean = 526.0
+    angle = angle_of(time, mean, [(0.59, mean / pi, 0.3)]) + rng.normal(0.0, 2e-6, len(time))
+    count = 2.0 * pi / counts
+    reading = read_encoder(time, np.floor(angle / count) * count)
+    assert reading.quantum == pytest.approx(count)
+    assert not model_noise(reading)[1].periodic
+    first = motion_of(reading).harmonics[0]
+    assert first.order == pytest.approx(2.0, rel=1e-3)
+    assert first.amplitude == pytest.approx(0.59, rel=0.01)
+
+
+def test_a_harmonic_beneath_the_lines_of_counts_may_be_as_large_as_it_fits():
+    mean, frequency, time = 175.8118, 367.12374, np.arange(0.0, 2.0, 3.4755e-5)
+    small = [(0.0088, 2 * frequency, 0.7), (0.0088, 3 * frequency, -1.8)]
+    angle, count = angle_of(time, mean, [(0.176, frequency, 0.0), *small]), 2.02e-4
+    found = motion_of(read_encoder(time, np.floor(angle / count) * count))
+    assert found.harmonics[0].frequency == pytest.approx(frequency, rel=1e-5)
+    known = {round(one.frequency / frequency): one.amplitude for one in (*found.harmonics[1:], *found.hidden)}
+    for (amplitude, _, _), times in zip(small, (2, 3), strict=True):
+        assert known[times] == pytest.approx(amplitude, rel=0.5)

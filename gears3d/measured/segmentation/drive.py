@@ -47,6 +47,7 @@ class _Waves(NamedTuple):
         phases: at t = 0 [rad], (h,).
         sigma: standard deviation of their sum [rad].
         speed_sigma: of its rate [rad/s].
+        hidden: circular frequencies [rad/s] and largest sizes [rad] of those that noise may hide.
     """
 
     turns: np.ndarray
@@ -54,6 +55,7 @@ class _Waves(NamedTuple):
     phases: np.ndarray
     sigma: float
     speed_sigma: float
+    hidden: tuple[tuple[float, float], ...] = ()
 
     def at(self, time: np.ndarray | float, order: int = 0) -> np.ndarray:
         """Return their sum at some times, or its derivative of that order."""
@@ -161,7 +163,8 @@ def _waves(motion: DriveMotion) -> _Waves:
     phases = np.array([one.phase for one in found])  # of the speed: amplitude·sin(turn·t + phase)
     slack = float(np.sqrt(sum((one.amplitude_sigma / turn) ** 2 for one, turn in zip(found, turns, strict=True))))
     speed = float(np.sqrt(sum(one.amplitude_sigma**2 for one in found)))
-    return _Waves(turns, -sizes, phases, slack, speed)
+    hidden = [(2.0 * np.pi * one.frequency, one.amplitude) for one in motion.hidden]
+    return _Waves(turns, -sizes, phases, slack, speed, tuple((turn, speed / turn) for turn, speed in hidden))
 
 
 def _through(reading: Reading, size: int, waves: _Waves) -> Steady:
