@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.identify.impact_pairs import lowest_rebound
-from gears3d.measured.segmentation.flights import Shafts, shafts
-from gears3d.measured.segmentation.kinks import kinks
+from gears3d.measured.segmentation.displacement import kinks
+from gears3d.measured.segmentation.flights import Shafts, clearance, shafts
 from gears3d.measured.segmentation.parabolas import Parabolas, common_law, fit
-from gears3d.measured.segmentation.zones import clearance
 
 if TYPE_CHECKING:
     from gears3d.measured.segmentation.segments import Segments

@@ -23,7 +23,7 @@ from gears3d.lumped import visits as paths
 if TYPE_CHECKING:
     from gears3d.effects import Rig
     from gears3d.gears import Pair
-    from gears3d.measured.segmentation.smoothing import Track
+    from gears3d.measured.segmentation.displacement import Track
     from gears3d.scenario import Scenario
 
 Array = np.ndarray

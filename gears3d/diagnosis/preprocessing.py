@@ -20,9 +20,9 @@ from gears3d.diagnosis.prediction import deviation
 from gears3d.effects import catalogue
 from gears3d.errors import Fault, InputError
 from gears3d.measured.segmentation import alike, segments_of
-from gears3d.measured.segmentation.explained import ENOUGH
+from gears3d.measured.segmentation.displacement import Shape
+from gears3d.measured.segmentation.results import ENOUGH
 from gears3d.measured.segmentation.segments import DOUBTFUL
-from gears3d.measured.segmentation.smoothing import Shape
 from gears3d.units import show
 
 if TYPE_CHECKING:

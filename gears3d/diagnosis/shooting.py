@@ -22,8 +22,8 @@ from gears3d.measured.drive_motion import NEXT as MULTIPLES
 
 if TYPE_CHECKING:
     from gears3d.effects import Row
+    from gears3d.measured.drive_motion import Curve
     from gears3d.measured.segmentation import Track
-    from gears3d.measured.segmentation.drive import Curve
     from gears3d.scenario import Scenario
 
 Array = np.ndarray

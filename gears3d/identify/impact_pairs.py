@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from scipy.linalg import block_diag
 
-from gears3d.measured.segmentation.touching import depths
+from gears3d.measured.segmentation.results import depths
 from gears3d.recording import FLANKS, refuse_unexplained
 from gears3d.signals import noise_of
 

@@ -9,7 +9,7 @@ import numpy as np
 from gears3d.identify.contact import Contact as Places
 from gears3d.identify.orders import Fit, Line, Lines
 from gears3d.measured.segmentation.orders import POOR, STRAY, Contact, columns_of, resolved, strongest
-from gears3d.measured.segmentation.touching import place_slack, within
+from gears3d.measured.segmentation.results import place_slack, within
 from gears3d.signals.orders import (
     GEARS,
     colour_of,

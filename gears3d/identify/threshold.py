@@ -20,9 +20,9 @@ from gears3d.identify.fluctuation import (
     pressed,
 )
 from gears3d.identify.law import Identified, Parameter
+from gears3d.measured.drive_motion import redrawn
 from gears3d.measured.encoder import read_encoder
-from gears3d.measured.segmentation.drive import redrawn
-from gears3d.measured.segmentation.smoothing import Track, track
+from gears3d.measured.segmentation.displacement import Track, track
 from gears3d.recording import Recording
 from gears3d.signals import count_of, robust_deviation
 

@@ -236,7 +236,7 @@ def _width_of_rattle(rolled: Rolled) -> tuple[float, float, float, float]:
     """Return the same from records that rattle: each has its own, and the interval includes their scatter."""
     from scipy.stats import t as student
 
-    from gears3d.measured.segmentation.touching import place_slack
+    from gears3d.measured.segmentation.results import place_slack
 
     known = [
         (found[0], float(np.hypot(found[1], np.hypot(*place_slack(cut)))))

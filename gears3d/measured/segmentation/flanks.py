@@ -1,14 +1,46 @@
-"""Both flanks of a record over angles and time: active flank and dead band, fitted to places on them."""
+"""Flanks of a record: their terms, the columns of these over time, drive and loose gear, and the fit."""
 
 from __future__ import annotations
 
+from math import floor
 from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.measured.segmentation.terms import LOW_ORDERS, Terms
+from gears3d.kernels import njit
+from gears3d.measured.segmentation.displacement import Blocks, Shape
 from gears3d.signals.orders import GEARS
 
+# What a term is: a constant, a power of time, orders of either gear.
+OFFSET, DRIFT, DRIVE, LOOSE = range(4)
+# Powers of two among orders: the highest is below 2**BITS.
+BITS = 16
+# Times processed together, for vectorisation.
+TOGETHER = 64
+
+
+# Parts of pi/4 short enough for their products with whole numbers to be exact.
+EIGHTH = (7.85398125648498535156e-1, 3.77489470793079817668e-8, 2.69515142907905952645e-15)
+SINE = (1.58962301576546568060e-10, -2.50507477628578072866e-8, 2.75573136213857245213e-6,
+        -1.98412698295895385996e-4, 8.33333333332211858878e-3, -1.66666666666666307295e-1)  # fmt: skip
+# Coefficients of both over an eighth of a turn to either side, highest power first (Moshier's Cephes library).
+COSINE = (-1.13585365213876817300e-11, 2.08757008419747316778e-9, -2.75573141792967388112e-7,
+          2.48015872888517045348e-5, -1.38888888888730564116e-3, 4.16666666666665929218e-2)  # fmt: skip
+# Codes of the kinds of terms in the kernels, which do not handle shapes.
+SORTS = {"offset": OFFSET, "drift": DRIFT, "drive": DRIVE, "loose": LOOSE,
+         "shape": OFFSET}  # fmt: skip
+# Columns before those of shapes.
+SHAPED = 3
+
+# Of either gear, once per revolution and its multiples, that flanks may have.
+LOW_ORDERS = (1, 2, 3)
+# Multiples of the tooth number.
+MESH_ORDERS = (1, 2)
+# Expected size of a term in gaps: terms that the record does not determine stay small.
+PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05, "shape": 0.3, "known": 0.005}
+# Standard deviation, in gaps, of order 1 (order n: the n-th part) and of mesh orders of gears of quality 6 to 9 in
+# usual backlash: runout and transmission error after ISO 1328, backlash after DIN 3967.
+USUAL = {"low": 0.05, "mesh": 0.005}
 # Least dead band over its mean: at angles without contact it is not determined.
 NARROWEST = 0.4
 # Parts of the expected sizes that are tried.
@@ -19,6 +51,321 @@ SORTED, SWEEPS = ("drift", "low", "mesh"), 2
 NONE = 1e-3
 # Places that count as evidence for a size, at most.
 EVIDENCE = 300
+
+
+@njit(cache=True)
+def turned(angle: np.ndarray, cosine: np.ndarray, sine: np.ndarray) -> None:
+    """Write cosine and sine of angles, to rounding; without branches, so that several are computed at once.
+
+    ``angle``: up to 1e8 [rad], (n,); ``cosine``: written, (n,) or longer; ``sine``: written, (n,) or longer.
+    """
+    for i in range(len(angle)):
+        quarters = floor(angle[i] * 0.6366197723675814 + 0.5)
+        y = 2.0 * quarters
+        x = ((angle[i] - y * EIGHTH[0]) - y * EIGHTH[1]) - y * EIGHTH[2]
+        z = x * x
+        s = SINE[0] * z + SINE[1]
+        s = (((s * z + SINE[2]) * z + SINE[3]) * z + SINE[4]) * z + SINE[5]
+        s = x + x * z * s
+        c = COSINE[0] * z + COSINE[1]
+        c = (((c * z + COSINE[2]) * z + COSINE[3]) * z + COSINE[4]) * z + COSINE[5]
+        c = 1.0 - 0.5 * z + z * z * c
+        quarter = quarters - 4.0 * floor(0.25 * quarters)
+        odd = quarter - 2.0 * floor(0.5 * quarter)
+        half = 1.0 - 2.0 * floor(0.5 * quarter)  # -1 in the second half of a turn
+        cosine[i] = half * (c if odd == 0.0 else -s)
+        sine[i] = half * (s if odd == 0.0 else c)
+
+
+@njit(cache=True)
+def _squared(angle: np.ndarray, sort: np.ndarray, order: np.ndarray, gear: int, re: np.ndarray, im: np.ndarray) -> None:
+    """Write cosine and sine of angles times 1, 2, 4, ..., as far as a gear's orders need them, by squaring.
+
+    ``angle``: of the gear [rad], (n,), n at most TOGETHER; ``sort``: of each term, (m,); ``order``: of each, (m,);
+    ``re``: written, (BITS, TOGETHER); ``im``: written, (BITS, TOGETHER).
+    """
+    top, count = 0, len(angle)
+    for j in range(len(sort)):
+        if sort[j] == gear:
+            top = max(top, order[j])
+    if top == 0:
+        return
+    turned(angle, re[0], im[0])
+    bit = 1
+    while top >> bit:
+        for i in range(count):
+            a, b = re[bit - 1, i], im[bit - 1, i]
+            re[bit, i], im[bit, i] = a * a - b * b, 2.0 * a * b
+        bit += 1
+
+
+@njit(cache=True)
+def _power(order: int, re: np.ndarray, im: np.ndarray, count: int, cosine: np.ndarray, sine: np.ndarray) -> None:
+    """Write cosine and sine of a multiple of angles, from those of powers of two, (count,)."""
+    for i in range(count):
+        cosine[i], sine[i] = 1.0, 0.0
+    bit = 0
+    while order >> bit:
+        if (order >> bit) & 1:
+            for i in range(count):
+                a, b = cosine[i], sine[i]
+                cosine[i], sine[i] = a * re[bit, i] - b * im[bit, i], a * im[bit, i] + b * re[bit, i]
+        bit += 1
+
+
+@njit(cache=True)
+def _term(
+    sort: int, order: int, x: np.ndarray, turns: tuple, cosine: np.ndarray, sine: np.ndarray
+) -> int:  # fmt: skip
+    """Write the columns of one term at some times, (n,) each, and return how many there are.
+
+    ``x``: times from -1 to 1, (n,).
+    """
+    count = len(x)
+    if sort == OFFSET:
+        for i in range(count):
+            cosine[i] = 1.0
+        return 1
+    if sort == DRIFT:
+        for i in range(count):
+            cosine[i] = x[i] if order == 1 else 1.5 * x[i] * x[i] - 0.5
+        return 1
+    if sort == DRIVE:
+        _power(order, turns[0], turns[1], count, cosine, sine)
+    else:
+        _power(order, turns[2], turns[3], count, cosine, sine)
+    return 2
+
+
+@njit(cache=True)
+def fill_columns(
+    sort: np.ndarray, order: np.ndarray, x: np.ndarray, drive: np.ndarray, loose: np.ndarray, written: np.ndarray
+) -> None:
+    """Write the columns at times and angles: what each term is there.
+
+    ``sort``: of each term, one of the four, (m,); ``order``: or degree of each, (m,); ``x``: times from -1 to 1, (n,);
+    ``drive``: [rad], (n,); ``loose``: [rad], (n,); ``written``: one number for a constant or a power, two for an order,
+    (n, p).
+    """
+    turns = (
+        np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER))
+    )  # fmt: skip
+    cosine, sine = np.zeros(TOGETHER), np.zeros(TOGETHER)
+    for first in range(0, len(x), TOGETHER):
+        last = min(first + TOGETHER, len(x))
+        _squared(drive[first:last], sort, order, DRIVE, turns[0], turns[1])
+        _squared(loose[first:last], sort, order, LOOSE, turns[2], turns[3])
+        at = 0
+        for j in range(len(sort)):
+            width = _term(sort[j], order[j], x[first:last], turns, cosine, sine)
+            for i in range(last - first):
+                written[first + i, at] = cosine[i]
+                if width == 2:
+                    written[first + i, at + 1] = sine[i]
+            at += width
+
+
+@njit(cache=True)
+def fill_sums(
+    sort: np.ndarray,
+    order: np.ndarray,
+    x: np.ndarray,
+    drive: np.ndarray,
+    loose: np.ndarray,
+    numbers: np.ndarray,
+    written: np.ndarray,
+) -> None:
+    """Write sums of the columns.
+
+    ``sort``: of each term, (m,); ``order``: or degree of each, (m,); ``x``: times from -1 to 1, (n,); ``drive``: [rad],
+    (n,); ``loose``: [rad], (n,); ``numbers``: of each sum, (s, p); ``written``: (s, n).
+    """
+    turns = (
+        np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER))
+    )  # fmt: skip
+    cosine, sine = np.zeros(TOGETHER), np.zeros(TOGETHER)
+    for first in range(0, len(x), TOGETHER):
+        last = min(first + TOGETHER, len(x))
+        count = last - first
+        _squared(drive[first:last], sort, order, DRIVE, turns[0], turns[1])
+        _squared(loose[first:last], sort, order, LOOSE, turns[2], turns[3])
+        for s in range(numbers.shape[0]):
+            written[s, first:last] = 0.0
+        at = 0
+        for j in range(len(sort)):
+            width = _term(sort[j], order[j], x[first:last], turns, cosine, sine)
+            for s in range(numbers.shape[0]):
+                one, other = numbers[s, at], numbers[s, at + width - 1]
+                own = written[s, first:last]
+                for i in range(count):
+                    own[i] += one * cosine[i]
+                if width == 2:
+                    for i in range(count):
+                        own[i] += other * sine[i]
+            at += width
+
+
+class Terms(NamedTuple):
+    """Terms of a flank's position.
+
+    Args:
+        kinds: ``"offset"``, ``"drift"``, ``"shape"``, ``"drive"``, ``"loose"`` each with its number, degree or order,
+            in columns.
+        prior: expected size of each column in gaps, (p,).
+        begin: of the record [s].
+        span: of the record [s].
+        grown: orders, the last ones, that the record itself asked for.
+        shapes: that flanks may have besides orders.
+        gap: expected size of each column of the dead band in gaps, (p,); half of ``prior`` without.
+    """
+
+    kinds: tuple[tuple[str, int], ...]
+    prior: np.ndarray
+    begin: float
+    span: float
+    grown: int = 0
+    shapes: tuple[Shape, ...] = ()
+    gap: np.ndarray | None = None
+
+    @property
+    def both(self) -> np.ndarray:
+        """Expected sizes of the columns of the active flank and of the dead band in gaps, (2p,)."""
+        return np.concatenate([self.prior, 0.5 * self.prior if self.gap is None else self.gap])
+
+    def with_orders(self, taken: list[tuple[str, int]], size: float) -> Terms:
+        """Return the terms with further orders.
+
+        Args:
+            taken: gear and order of each.
+            size: expected of them, in gaps.
+        """
+        prior = np.append(self.prior, np.full(2 * len(taken), size))
+        gap = None if self.gap is None else np.append(self.gap, np.full(2 * len(taken), 0.5 * size))
+        return self._replace(kinds=(*self.kinds, *taken), prior=prior, gap=gap, grown=self.grown + len(taken))
+
+    def without_mesh(self, size: float) -> Terms:
+        """Return the terms with mesh orders that are expected to be as small as this part of what they were."""
+        widths = [2 if kind in GEARS else 1 for kind, _ in self.kinds]
+        mesh = np.repeat([kind in GEARS and order not in LOW_ORDERS for kind, order in self.kinds], widths)
+        return self._replace(prior=np.where(mesh, size, 1.0) * self.prior)
+
+    def columns(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
+        """Return the columns at times and angles, (n, p).
+
+        Args:
+            time: [s], (n,).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+        """
+        made = np.zeros((len(time), len(self.prior)))
+        fill_columns(*self._coded(), *self._at(time, drive, loose), made)
+        for number, shape in enumerate(self.shapes):
+            made[:, SHAPED + number] = shape.over(drive, loose)
+        return made
+
+    def sums(self, numbers: np.ndarray, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
+        """Return sums of the columns, without making these, (s, n).
+
+        Args:
+            numbers: of each sum, (s, p).
+            time: [s], (n,).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+        """
+        made = np.zeros((len(numbers), len(time)))
+        known = numbers.copy()
+        known[:, SHAPED : SHAPED + len(self.shapes)] = 0.0
+        fill_sums(*self._coded(), *self._at(time, drive, loose), known, made)
+        return made + self.shaped(numbers, drive, loose)
+
+    @property
+    def flank(self) -> np.ndarray:
+        """Flank that each column belongs to, 0 active, 1 reverse, -1 both, (p,)."""
+        owner = np.full(len(self.prior), -1)
+        owner[SHAPED : SHAPED + len(self.shapes)] = [shape.flank for shape in self.shapes]
+        return owner
+
+    @property
+    def fixed(self) -> np.ndarray:
+        """Whether each column is the offset or a shape, which no order replaces, (p,)."""
+        fixed = np.zeros(len(self.prior), bool)
+        fixed[0] = True
+        fixed[SHAPED : SHAPED + len(self.shapes)] = True
+        return fixed
+
+    @property
+    def usual(self) -> np.ndarray:
+        """Size of each column in usual gears in gaps, that of ``prior`` for what is no order, (p,)."""
+        sizes = self.prior.copy()
+        first = 0
+        for place, (kind, order) in enumerate(self.kinds):
+            wide = 2 if kind in GEARS else 1
+            if wide == 2 and place < len(self.kinds) - self.grown:
+                sizes[first : first + 2] = USUAL["low"] / order if order in LOW_ORDERS else USUAL["mesh"]
+            first += wide
+        return sizes
+
+    @property
+    def expected(self) -> np.ndarray:
+        """Numbers that the columns are expected to have beforehand, each on its flank [m], (p,)."""
+        numbers = np.zeros(len(self.prior))
+        numbers[SHAPED : SHAPED + len(self.shapes)] = [shape.size for shape in self.shapes]
+        return numbers
+
+    def shaped(self, numbers: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
+        """Return the contribution of the shapes alone to sums of the columns, (s, n).
+
+        Args:
+            numbers: of each sum, (s, p).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+        """
+        made = np.zeros((len(numbers), len(drive)))
+        for number, shape in enumerate(self.shapes):
+            made += numbers[:, SHAPED + number, None] * shape.over(drive, loose)
+        return made
+
+    def _coded(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return sort and order of the terms as numbers."""
+        return np.array([SORTS[kind] for kind, _ in self.kinds]), np.array([order for _, order in self.kinds])
+
+    def _at(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return time from -1 to 1 over the record, and the angles, as the kernels take them."""
+        x = 2.0 * (time - self.begin) / self.span - 1.0
+        return x, np.ascontiguousarray(drive), np.ascontiguousarray(loose)
+
+
+def make_terms(path: Blocks, teeth: tuple[int, int] | None) -> Terms:
+    """Return the terms that a record can distinguish.
+
+    Orders of both gears are one where the gears have turned by almost equal angles; mesh orders need blocks short
+    enough and a record of some meshes.
+
+    Args:
+        path: displacement in blocks.
+        teeth: of drive and loose gear where known.
+    """
+    span = float(path.time[-1] - path.time[0])
+    turns = [abs(float(angle[-1] - angle[0])) / (2 * np.pi) for angle in (path.drive, path.loose)]
+    kinds, prior = [("offset", 0)], [PRIOR["offset"]]
+    for degree in (1, 2):
+        kinds.append(("drift", degree))
+        prior.append(PRIOR["drift"])
+    for number, shape in enumerate(path.shapes):
+        kinds.append(("shape", number))
+        prior.append(PRIOR["known" if shape.known else "shape"])
+    apart = abs(turns[0] - turns[1])
+    for gear in ("drive", "loose") if apart > 0.5 else ("drive",):
+        for order in LOW_ORDERS:
+            kinds.append((gear, order))
+            prior += 2 * [PRIOR["low"] / order]
+    per_turn = len(path.time) / max(turns[0], 1e-9)
+    for multiple in MESH_ORDERS if teeth else ():
+        order = multiple * (teeth or (0, 0))[0]
+        if order * turns[0] > 10.0 and per_turn > 8.0 * order:
+            kinds.append(("drive", order))
+            prior += 2 * [PRIOR["mesh"]]
+    return Terms(tuple(kinds), np.array(prior), float(path.time[0]), span, shapes=path.shapes)
 
 
 class Flanks(NamedTuple):

@@ -14,13 +14,19 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import admit
 from gears3d.measured.drive_motion import DriveMotion, drive_motion, of_period
 from gears3d.measured.encoder import usual
-from gears3d.measured.segmentation.explained import NotExplained, backlash_sigma, explain, refuse
+from gears3d.measured.segmentation.displacement import Blocks, Shape, Track, track
+from gears3d.measured.segmentation.flights import clearance
 from gears3d.measured.segmentation.orders import Contact, resolved, strongest
+from gears3d.measured.segmentation.results import (
+    Measurement,
+    NotExplained,
+    Segments,
+    backlash_sigma,
+    explain,
+    place_slack,
+    refuse,
+)
 from gears3d.measured.segmentation.segments import DOUBTFUL, doubtful, segment, unsegmented
-from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track, track
-from gears3d.measured.segmentation.tables import Measurement, Segments
-from gears3d.measured.segmentation.touching import place_slack
-from gears3d.measured.segmentation.zones import clearance
 from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
 from gears3d.recording.columns import Derived, part_of
 from gears3d.scenario import Scenario, load

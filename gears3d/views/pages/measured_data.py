@@ -8,7 +8,7 @@ import numpy as np
 
 from gears3d.measured.segmentation import contact_orders
 from gears3d.measured.segmentation.orders import STRAY, resolved
-from gears3d.measured.segmentation.touching import ROWS, within
+from gears3d.measured.segmentation.results import ROWS, within
 from gears3d.recording import FLANKS
 from gears3d.signals import robust_deviation
 from gears3d.signals.orders import GEARS, each_alone, harmonics

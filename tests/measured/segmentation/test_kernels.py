@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.measured.segmentation import Reading, Terms, Track, steady
-from gears3d.measured.segmentation.kernels.orders import turned
+from gears3d.measured.segmentation.flanks import turned
 from gears3d.measured.segmentation.parabolas import Law, bend, fit, slope_within
 
 TIME = np.arange(12_000) / 5e3

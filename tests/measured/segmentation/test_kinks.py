@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from gears3d.measured.segmentation.kinks import kinks
-from gears3d.measured.segmentation.smoothing import Blocks
+from gears3d.measured.segmentation.displacement import Blocks, kinks
 
 NOISE = 5e-7
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.measured.segmentation import measure, measured, smoothing, track
+from gears3d.measured.segmentation import displacement, measure, measured, track
 from gears3d.measured.segmentation.orders import _out_of_reach
 from gears3d.recording import Derived, read
 from tests.measured.segmentation.truth import happened, seen
@@ -20,7 +20,7 @@ def test_columns_made_on_demand_are_those_made_at_once(rattle, monkeypatch, tmp_
     whole = measure(record, scenario)
     assert isinstance(whole.recording.signals, dict)
     monkeypatch.setattr(measured, "LONG", 2000)
-    monkeypatch.setattr(smoothing, "AT_ONCE", 3000)
+    monkeypatch.setattr(displacement, "AT_ONCE", 3000)
     pieces = measure(record, scenario)
     assert isinstance(pieces.recording.signals, Derived)
     assert list(pieces.recording.signals) == list(whole.recording.signals)

@@ -5,7 +5,7 @@ import pytest
 
 from gears3d.measured.segmentation import contact_orders, measure
 from gears3d.measured.segmentation.orders import Contact, columns_of
-from gears3d.measured.segmentation.touching import shares
+from gears3d.measured.segmentation.results import shares
 from gears3d.scenario import load
 from gears3d.simulation import record, simulate
 from tests.measured.segmentation.truth import FIG5, cut, judged, seen

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gears3d.measured.segmentation import make_terms
+from gears3d.measured.segmentation.displacement import Blocks, Shape
 from gears3d.measured.segmentation.flanks import through
-from gears3d.measured.segmentation.smoothing import Blocks, Shape
 
 GAP = 2e-4
 

@@ -6,11 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gears3d.measured.segmentation.flanks import NARROWEST, Flanks, through, usual_covariance
-from gears3d.measured.segmentation.kinks import Kinks
+from gears3d.measured.segmentation.displacement import Blocks, Kinks
+from gears3d.measured.segmentation.flanks import NARROWEST, Flanks, Terms, make_terms, through, usual_covariance
 from gears3d.measured.segmentation.orders import Contact, resolved, strongest
-from gears3d.measured.segmentation.smoothing import Blocks
-from gears3d.measured.segmentation.terms import Terms, make_terms
 from gears3d.signals import robust_deviation
 from gears3d.signals.orders import GEARS
 

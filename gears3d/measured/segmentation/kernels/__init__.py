@@ -1,1 +1,0 @@
-"""Inner loops of measuring, compiled."""
