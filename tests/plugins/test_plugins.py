@@ -13,7 +13,7 @@ import pytest
 
 from gears3d.effects import base, catalogue
 from gears3d.extras import missing, pip_line
-from gears3d.measured.readers import plugged
+from gears3d.measured.readers import formats
 from gears3d.plugins import PluginWarning
 from gears3d.recording import read
 from gears3d.scenario import load
@@ -206,8 +206,8 @@ def test_two_readers_of_one_format_are_a_clash(tmp_path):
 
 
 def test_a_reader_that_fails_to_recognise_is_warned_of_and_passed_over(tmp_path, monkeypatch):
-    bad = plugged.Reader("BAD", lambda path, head: head.no_such_name, lambda path: None)
-    monkeypatch.setattr(plugged, "readers", lambda held={"BAD": (bad, "bad-reader")}: held)
+    bad = formats.Reader("BAD", lambda path, head: head.no_such_name, lambda path: None)
+    monkeypatch.setattr(formats, "readers", lambda held={"BAD": (bad, "bad-reader")}: held)
     (tmp_path / "a.csv").write_text("time_s,theta_drive_rad,theta_loose_rad\n0,0,0\n1,1,1\n2,2,2\n", encoding="utf-8")
     from gears3d.measured.readers import open_source
 

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from gears3d.errors import Fault, InputError
-from gears3d.measured.checks.declared import MESH, stated_of
 from gears3d.measured.checks.examination import ALWAYS, examine, refuse_unknown
 from gears3d.measured.checks.examination import correct as undo
-from gears3d.measured.checks.view import Finding
+from gears3d.measured.checks.view import MESH, Finding, stated_of
 from gears3d.measured.drive_motion import DriveMotion, drive_motion
 from gears3d.measured.readers import Channels, Span, files_of, read, within
 from gears3d.recording import Recording

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.measured.checks.time_base import EVEN
+from gears3d.measured.checks.columns import EVEN
 from gears3d.measured.checks.view import Finding, View, when
 from gears3d.signals import some_steps
 

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.errors import UsageError, did_you_mean
-from gears3d.measured.checks import columns, contact, counts, mesh, readings, time_base
-from gears3d.measured.checks.declared import MESH, declared, stated_of
-from gears3d.measured.checks.view import Finding, View
+from gears3d.measured.checks import columns, contact, counts, mesh, readings
+from gears3d.measured.checks.view import MESH, Finding, View, declared, stated_of
 from gears3d.measured.readers import Channels
 
 if TYPE_CHECKING:
@@ -37,9 +36,9 @@ class Check(NamedTuple):
 # In this order: each check relies on what those before it found correct, or corrected.
 CHECKS = (
     Check(columns.examine, columns.correct, ("drop-outs", "not-finite")),
-    Check(time_base.examine_order, time_base.correct_order, ("duplicates", "time-wrap", "time-order", "time-stamps")),
-    Check(time_base.examine_unit, time_base.correct_unit, ("time-unit",)),
-    Check(time_base.examine_spacing),
+    Check(columns.examine_order, columns.correct_order, ("duplicates", "time-wrap", "time-order", "time-stamps")),
+    Check(columns.examine_unit, columns.correct_unit, ("time-unit",)),
+    Check(columns.examine_spacing),
     Check(counts.examine_wraps, counts.correct_wraps, ("angle-wrap",)),
     Check(readings.examine_holds, readings.correct_holds, ("held",)),
     Check(counts.examine_edges, counts.correct_edges, ("merged-edges", "doubled-edges")),

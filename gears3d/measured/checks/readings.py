@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.measured.checks.declared import Declared
-from gears3d.measured.checks.view import MESH, Finding, View, when
+from gears3d.measured.checks.view import MESH, Declared, Finding, View, when
 
 # Travel of one gear, in backlashes, from which a mate at standstill is not in mesh.
 BANDS = 3.0

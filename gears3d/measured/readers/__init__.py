@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from gears3d.measured.readers.channels import Span as Span
     from gears3d.measured.readers.channels import read as read
     from gears3d.measured.readers.channels import within as within
+    from gears3d.measured.readers.formats import Reader as Reader
     from gears3d.measured.readers.formats import open_source as open_source
     from gears3d.measured.readers.guess import propose as propose
     from gears3d.measured.readers.maps import files_of as files_of
-    from gears3d.measured.readers.plugged import Reader as Reader
     from gears3d.measured.readers.source import Signal as Signal
     from gears3d.measured.readers.source import Source as Source
 
 _HOME = {
     "Channels": "channels",
-    "Reader": "plugged",
+    "Reader": "formats",
     "Signal": "source",
     "Source": "source",
     "Span": "channels",

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.measured.readers.foreign import library, reading
-from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, unique
+from gears3d.measured.readers.source import Signal, Source, Whole, library, reading, refuse_large, unique
 from gears3d.measured.readers.structures import COLUMNS, Stated, Tree, stated
 
 # Samples read at a time.

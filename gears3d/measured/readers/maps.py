@@ -1,17 +1,221 @@
-"""Reading ``record.toml``: which files it names, and the map of each."""
+"""``record.toml``, format 1: which files it names, and the map of each as data."""
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.inputs import read_text
 
-if TYPE_CHECKING:
-    from gears3d.measured.readers.map_model import RecordMap
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def _ratio(value: Any) -> Any:
+    """Return a ratio written as a number or as teeth over teeth."""
+    if isinstance(value, str) and (match := re.fullmatch(r"\s*([\d.eE+-]+)\s*/\s*([\d.eE+-]+)\s*", value)):
+        try:
+            return float(match[1]) / float(match[2])
+        except (ValueError, ZeroDivisionError) as error:
+            raise ValueError(f"{value!r} is not a ratio") from error
+    if isinstance(value, bool):
+        raise ValueError("is no number")
+    return value
+
+
+Ratio = Annotated[float, BeforeValidator(_ratio), Field(gt=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class TimeMap(_Part):
+    """Where the time comes from: a signal, a rate, or what the file declares when neither is given.
+
+    ``axis`` says whose edges are the moments of the record where both gears are known at edges only; ``from`` and
+    ``to`` are the times between which the record is used.
+    """
+
+    begin: str | None = Field(default=None, alias="from")
+    to: str | None = None
+    channel: str | None = None
+    unit: str = ""
+    sample_rate: str | None = None
+    axis: Literal["counters", "loose", "drive", "union"] = "counters"
+
+
+class IndexMap(_Part):
+    """Pulse of an encoder's index mark; its threshold in the unit of the file, found when not given."""
+
+    channel: str
+    threshold: Finite | None = None
+
+
+class Quadrature(_Part):
+    """Two channels in quadrature."""
+
+    kind: Literal["quadrature"]
+    a: str
+    b: str
+    lines: Positive
+    decoding: Literal[1, 2, 4] = 4
+    threshold: Finite | None = None
+    hysteresis: Finite | None = None
+    at: Literal["samples", "edges"] = "samples"
+
+
+class Tacho(_Part):
+    """One pulse a tooth of a wheel; ``positions`` counts missing teeth, too."""
+
+    kind: Literal["tacho"]
+    positions: Annotated[int, Field(gt=0)]
+    missing: Annotated[int, Field(ge=0)] | Literal["find"] = 0
+    edge: Literal["rising", "falling"] = "rising"
+    threshold: Finite | None = None
+    hysteresis: Finite | None = None
+    evened: bool = False
+
+
+class Stamps(_Part):
+    """Times at which edges happened, or ticks of a clock."""
+
+    kind: Literal["stamps"]
+    clock: str | None = None
+    bits: Annotated[int, Field(gt=1, le=53)] | None = None
+    direction: str | None = None
+
+
+class Counter(_Part):
+    """A counter that wraps after some bits or counts."""
+
+    kind: Literal["counter"]
+    bits: Annotated[int, Field(gt=1, le=53)] | None = None
+    signed: bool = False
+    period: Annotated[int, Field(gt=3)] | None = None
+
+
+Decode = Annotated[Quadrature | Tacho | Stamps | Counter, Field(discriminator="kind")]
+DECODERS: dict[str, type[_Part]] = {
+    "quadrature": Quadrature,
+    "tacho": Tacho,
+    "stamps": Stamps,
+    "counter": Counter,
+}
+
+
+class GearMap(_Part):
+    """How the angle of a gear comes from a signal."""
+
+    channel: str | None = None
+    unit: str = ""
+    counts_per_revolution: Positive | None = None
+    sign: Literal[1, -1] = 1
+    ratio: Ratio = 1.0
+    wraps_at: str | None = None
+    increments: bool = False
+    zero: Literal["index", "arbitrary"] | None = None
+    index: IndexMap | None = None
+    decode: Decode | None = None
+
+    def roles(self) -> dict[str, str]:
+        """Return the signals that are needed, by key."""
+        names = {"channel": self.channel, "index.channel": self.index.channel if self.index else None}
+        if isinstance(self.decode, Quadrature):
+            names |= {"decode.a": self.decode.a, "decode.b": self.decode.b}
+        elif isinstance(self.decode, Stamps):
+            names["decode.direction"] = self.decode.direction
+        return {key: name for key, name in names.items() if name is not None}
+
+    @property
+    def sampled(self) -> bool:
+        """Whether its signals have a value at every sample of the time."""
+        return not isinstance(self.decode, Stamps)
+
+
+class ExtraMap(_Part):
+    """A further signal that is kept, under a name of one's own."""
+
+    channel: str
+    unit: str = ""
+
+
+class RecordMap(_Part):
+    """The map of one file."""
+
+    format: Literal[1]
+    file: str | None = None
+    title: str = ""
+    group: str = ""
+    time: TimeMap = TimeMap()
+    drive: GearMap | None = None
+    loose: GearMap | None = None
+    extra: dict[str, ExtraMap] = Field(default_factory=dict)
+    condition: dict[str, Any] = Field(default_factory=dict)
+
+
+_MODELS: dict[str, type[BaseModel]] = {
+    "time": TimeMap,
+    "drive": GearMap,
+    "loose": GearMap,
+    "index": IndexMap,
+    "extra": ExtraMap,
+    "": RecordMap,
+}
+_MENDED = {
+    "literal_error": "is {input!r}, not {expected}",
+    "string_type": "is {input!r}, no text",
+    "missing": "is missing",
+    "model_type": "is {input!r}, no table",
+    "dict_type": "is {input!r}, no table",
+    "greater_than": "is {input!r}, not positive",
+    "float_type": "is {input!r}, no number",
+    "float_parsing": "is {input!r}, no number",
+    "finite_number": "is {input!r}, not finite",
+}
+
+
+def checked(table: dict[str, Any], map_file: str) -> RecordMap:
+    """Return the map in a table of a document.
+
+    Raises InputError with every fault when it is not valid.
+    """
+    try:
+        return RecordMap.model_validate(table)
+    except ValidationError as error:
+        raise InputError([_fault(each, map_file) for each in error.errors()]) from error
+    except RecursionError as error:
+        raise InputError(Fault("", "is nested too deep", "", map_file)) from error
+
+
+def _fault(error: Any, file: str) -> Fault:
+    """Return a fault of pydantic as ours."""
+    place = [str(step) for step in error["loc"]]
+    decoder = place[2] if len(place) > 2 and place[1] == "decode" else ""
+    if decoder:
+        place = [*place[:2], *place[3:]]
+    key, kind = ".".join(place), error["type"]
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        given = error.get("ctx", {}).get("tag", "")
+        return Fault(f"{key}.kind", f"is {given!r}", did_you_mean(given, list(DECODERS)), file)
+    if kind == "extra_forbidden":
+        table = place[0] if len(place) > 1 else ""
+        model = IndexMap if len(place) > 2 and place[1] == "index" else _MODELS.get(table, RecordMap)
+        model = DECODERS.get(decoder, model)
+        known = [field.alias or name for name, field in model.model_fields.items()] + (
+            ["record"] if model is RecordMap else []
+        )
+        return Fault(key, "is no key of a map", did_you_mean(place[-1], known), file)
+    context = error.get("ctx", {})
+    told = _MENDED.get(kind)
+    if told is None:
+        return Fault(key, f"is {error['input']!r}: {error['msg']}"[:300], "", file)
+    return Fault(key, told.format(input=error["input"], expected=context.get("expected", "")), "", file)
 
 
 def files_of(paths: Sequence[str | Path], map_file: str | Path | None = None) -> list[tuple[Path, Path | None]]:
@@ -68,7 +272,6 @@ def load_map(map_file: Path, path: Path) -> RecordMap:
         names = [str(each["file"]) for each in records]
         remedy = did_you_mean(path.name, names)
         raise InputError(Fault("file", f"{path} is not among the files that it names", remedy, str(map_file)))
-    from gears3d.measured.readers.map_model import checked
 
     return checked(own[0], str(map_file))
 

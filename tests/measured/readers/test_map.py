@@ -383,7 +383,7 @@ def test_the_maps_of_the_documentation_are_maps():
     import re
     from pathlib import Path
 
-    from gears3d.measured.readers.map_model import RecordMap
+    from gears3d.measured.readers.maps import RecordMap
 
     blocks = re.findall(r"```toml\n(.*?)```", Path("docs/howto/record-map.md").read_text(encoding="utf-8"), re.DOTALL)
     assert len(blocks) == 2

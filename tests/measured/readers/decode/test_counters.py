@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gears3d.errors import InputError
 from gears3d.measured.readers.decode import Edges, common_axis, counter, integrated, stamped, wrapped_angle
-from gears3d.measured.readers.decode.results import told
+from gears3d.measured.readers.decode.switches import told
 
 
 @pytest.mark.parametrize("sense", [1, -1])

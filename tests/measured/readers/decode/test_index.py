@@ -7,7 +7,7 @@ import pytest
 
 from gears3d.errors import InputError
 from gears3d.measured.readers.decode import indexed, levels, quadrature, switches
-from gears3d.measured.readers.decode.results import told
+from gears3d.measured.readers.decode.switches import told
 
 LINES = 64
 QUARTER = 2 * pi / (4 * LINES)

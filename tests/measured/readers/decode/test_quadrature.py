@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gears3d.errors import InputError
 from gears3d.measured.readers.decode import Even, Levels, counted, levels, quadrature, switches
-from gears3d.measured.readers.decode.results import told
+from gears3d.measured.readers.decode.switches import told
 
 LINES = 100
 QUARTER = 2 * pi / (4 * LINES)

@@ -7,7 +7,7 @@ import pytest
 
 from gears3d.errors import InputError
 from gears3d.measured.readers.decode import Even, common_axis, evened, on_grid, spacing, tacho
-from gears3d.measured.readers.decode.results import told
+from gears3d.measured.readers.decode.switches import told
 
 
 def wheel(angle, positions, missing=0, offset=None):

@@ -1,14 +1,10 @@
-"""Spreadsheets, .xlsx and .ods: their cells as a table of text, read as a stream within bounds.
-
-Both are XML in a ZIP archive. The parser of the standard library reads them a block at a time; no sheet is held as a
-tree, and what an archive declares to unpack to is compared with the limit before anything is unpacked.
-"""
+"""Tables: CSV and its dialects, spreadsheets (.xlsx and .ods, read as a stream within bounds), and Parquet."""
 
 from __future__ import annotations
 
 import re
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -18,9 +14,10 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.inputs import most_bytes, refuse_beyond
-from gears3d.measured.readers.foreign import reading
-from gears3d.measured.readers.source import Signal, Source
-from gears3d.measured.readers.text import source_of
+from gears3d.measured.readers.source import Remark, Signal, Source, Whole, reading, refuse_large, seconds, unique
+from gears3d.measured.readers.structures import clock_of
+from gears3d.measured.readers.unit import stated_clock
+from gears3d.recording.columns import floats_of
 
 # Bytes of XML that are parsed at a time.
 BLOCK = 1 << 16
@@ -37,6 +34,48 @@ _DATES = frozenset([*range(14, 23), *range(45, 48)])
 _DATED = re.compile(r"[ymdhs]", re.IGNORECASE)
 _QUOTED = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
 _DAY_ZERO = datetime(1899, 12, 30)
+# Rows of a batch.
+ROWS = 1 << 16
+# Bytes read from the file at a time.
+BUFFER = 1 << 16
+
+
+def open_csv(path: Path) -> Source:
+    """Open a text file with columns of numbers, of any dialect.
+
+    Raises InputError when it is not text, or has no rows of numbers.
+    """
+    return source_of(path, "CSV")
+
+
+def source_of(path: Path, form: str, data: bytes | None = None) -> Source:
+    """Return a table of text as a source.
+
+    Raises InputError when it is not text, or has no rows of numbers.
+    """
+    from gears3d.recording.text import Torn, open_text
+
+    table = open_text(path, data)
+    dialect = table.dialect
+    names = unique(dialect.names)
+    table = type(table)(path, dialect._replace(names=tuple(names)), data)
+    units = dialect.units or ("",) * len(names)
+    known = zip(names, units, dialect.numeric, strict=True)
+    notes = tuple(line for line in dialect.header if line.strip())
+    clock = stated_clock(notes)
+    signals = tuple(Signal(name, unit, clock=clock, numeric=numeric) for name, unit, numeric in known)
+
+    gaps: list[int] = []
+    remarks: list[Remark] = []
+
+    def load(wanted: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
+        torn = Torn()
+        found = table.load(wanted, most, torn)
+        gaps[:] = torn.gaps
+        remarks[:] = [Remark(*each) for each in torn.told()]
+        return found
+
+    return Source(str(path), form, signals, load, {}, notes, gaps, remarks)
 
 
 class _Table:
@@ -333,3 +372,89 @@ def _clock(about: dict[str, str]) -> str:
     """Return a time of OpenDocument, ``PT10H00M00.5S``, as a clock time."""
     match = re.fullmatch(r"PT(\d+)H(\d+)M(\d+)(?:[.,](\d+))?S", about.get("office:time-value", ""))
     return "" if match is None else f"{match[1]}:{match[2]:0>2}:{match[3]:0>2}.{match[4] or 0}"
+
+
+def open_parquet(path: Path) -> Source:
+    """Open a Parquet file.
+
+    Raises InputError when it is damaged, or two columns have one name.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from gears3d.recording.columns import from_json
+    from gears3d.recording.files import KEY
+    from gears3d.recording.text import refuse_twins
+
+    with reading(path, "Parquet"), pq.ParquetFile(path) as file:
+        schema, about = file.schema_arrow, file.metadata
+        rows = about.num_rows
+        packed = max((about.row_group(k).total_byte_size for k in range(about.num_row_groups)), default=0)
+        packed /= max(len(schema), 1)
+        told = {key.decode("utf-8", "replace"): value for key, value in (schema.metadata or {}).items() if key != KEY}
+        clock = clock_of(told)
+        meta = from_json((schema.metadata or {}).get(KEY, b"{}"))
+    refuse_twins(list(schema.names), path)
+    signals = [_signal(column, rows, clock) for column in schema]
+
+    def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
+        count = rows if most is None else min(rows, most)
+        words = [each.name for each in signals if each.name in names and not each.numeric]
+        if words:
+            remedy = "write numbers, or name other channels in record.toml"
+            raise InputError([Fault(name, "holds no numbers", remedy, str(path)) for name in words])
+        refuse_large(path, [count] * len(names), packed * len(names))
+        arrays = {name: np.zeros(count) for name in names}
+        with reading(path, "Parquet"), pq.ParquetFile(path, buffer_size=BUFFER) as file:
+            stamps: dict[str, Any] = {}
+            whole = Whole()
+            done = 0
+            for batch in _batches(file, names):
+                size = min(batch.num_rows, count - done)
+                for name, values in arrays.items():
+                    values[done : done + size] = _floats(batch.column(name), stamps, name, whole)[:size]
+                done += size
+                if done == count:
+                    break
+        pa.default_memory_pool().release_unused()
+        return arrays
+
+    return Source(str(path), "Parquet", tuple(signals), load, meta)
+
+
+def _batches(file: Any, names: Sequence[str]) -> Iterator[Any]:
+    """Iterate over batches of rows by row group: pyarrow keeps what it has read until an iterator ends."""
+    for group in range(file.metadata.num_row_groups):
+        yield from file.iter_batches(ROWS, row_groups=[group], columns=list(names), use_threads=False)
+
+
+def _signal(column: Any, rows: int, clock: tuple[float, float] | None) -> Signal:
+    import pyarrow as pa
+
+    kind = column.type.value_type if pa.types.is_dictionary(column.type) else column.type
+    dated = pa.types.is_timestamp(kind)
+    tests = (pa.types.is_integer, pa.types.is_floating, pa.types.is_decimal, pa.types.is_boolean, pa.types.is_null)
+    told = column.metadata or {}
+    unit = (told.get(b"unit") or told.get(b"units") or b"").decode("utf-8", "replace")
+    unit = "s" if dated else "" if unit == "1" else unit
+    return Signal(column.name, unit, rows, clock, numeric=dated or any(test(kind) for test in tests))
+
+
+def _floats(column: Any, stamps: dict[str, Any], name: str, whole: Whole) -> np.ndarray:
+    """Return a column as numbers; dates count from the first batch's first, long whole numbers from their origin."""
+    import pyarrow as pa
+
+    if pa.types.is_dictionary(column.type):
+        column = column.cast(column.type.value_type)
+    if pa.types.is_timestamp(column.type):
+        times = column.cast(pa.timestamp("ns")).to_numpy(zero_copy_only=False)
+        first = stamps.setdefault(name, times[:1])
+        return seconds(np.concatenate([first, times]))[1:]
+    if column.type in (pa.int64(), pa.uint64()):
+        known = column.is_valid().to_numpy(zero_copy_only=False)
+        values = np.full(len(column), np.nan)
+        values[known] = whole.floats(name, column.drop_null().to_numpy(zero_copy_only=False))
+        return values
+    if column.type != pa.float64():  # casting loads pyarrow.compute, which takes longer than most records
+        column = column.cast(pa.float64(), safe=False)
+    return floats_of(column)

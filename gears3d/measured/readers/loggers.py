@@ -1,10 +1,10 @@
-"""ASAM MDF, versions 3 and 4, by asammdf."""
+"""Files of loggers: ASAM MDF by asammdf, NI TDMS by npTDMS, universal files by pyuff, WAV by scipy."""
 
 from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.measured.readers.foreign import library, reading
-from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, unique
+from gears3d.inputs import refuse_beyond
+from gears3d.measured.readers.source import Signal, Source, Whole, library, reading, refuse_large, seconds, unique
 
 # Copies of the largest block in memory while asammdf decodes it.
 COPIES = 6
@@ -24,6 +24,10 @@ _ARITHMETIC = re.compile(
     r"(?:\s|[-+*/()](?!\*)|X1?(?:\s?\*\*\s?[0-9](?![0-9.eE*]))?|(?:[0-9]{1,20}\.?[0-9]{0,20}|\.[0-9]{1,20})"
     r"(?:[eE][-+]?[0-9]{1,3})?|(?:sin|cos|tan|sqrt|exp|log|log10|abs)(?=\s*\())*"
 )
+# Bytes of memory for a byte of the file: pyuff keeps lines and numbers as objects of Python.
+UFF_GROWTH = 12
+# Bytes of memory for a byte of the file: 24 bits are unpacked to 32.
+WAV_GROWTH = 4
 
 
 def open_mdf(path: Path) -> Source:
@@ -163,3 +167,126 @@ def _hush() -> None:
 
     mdf_v3.MDF3.__del__ = go
     mdf_v4.MDF4.__del__ = go
+
+
+def open_tdms(path: Path) -> Source:
+    """Open a TDMS file; waveform properties give the time of a channel.
+
+    Raises InputError when it is damaged, or npTDMS is not installed.
+    """
+    nptdms = library("nptdms", path)
+    places: dict[str, tuple[str, str]] = {}
+    signals: list[Signal] = []
+    with reading(path, "TDMS"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
+        notes = [f"{key} = {value}" for key, value in file.properties.items()]
+        for group in file.groups():
+            notes += [f"{group.name}.{key} = {value}" for key, value in group.properties.items()]
+            for channel in group.channels():
+                signal = _signal(group.name, channel)
+                places[signal.name] = (group.name, channel.name)
+                signals.append(signal)
+
+    def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
+        with reading(path, "TDMS"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
+            channels = {name: file[places[name][0]][places[name][1]] for name in names}
+            refuse_large(path, [len(each) if most is None else min(len(each), most) for each in channels.values()])
+            whole = Whole()
+            return {name: _values(channel, most, partial(whole.floats, name)) for name, channel in channels.items()}
+
+    return Source(str(path), "TDMS", tuple(signals), load, {}, tuple(notes))
+
+
+def _signal(group: str, channel: Any) -> Signal:
+    told = channel.properties
+    step = told.get("wf_increment")
+    clock = (float(told.get("wf_start_offset", 0.0)), float(step)) if step else None
+    kind = np.dtype(channel.dtype).kind if channel.dtype is not None else "O"
+    unit = "s" if kind == "M" else str(told.get("unit_string", "") or told.get("NI_UnitDescription", ""))
+    return Signal(f"{group}/{channel.name}", unit, len(channel), clock, numeric=kind in "biufM")
+
+
+def _values(channel: Any, most: int | None, floats: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    if np.dtype(channel.dtype).kind == "M":
+        return seconds(channel[:most])
+    values = np.zeros(len(channel) if most is None else min(len(channel), most))
+    done = 0
+    for chunk in channel.data_chunks():
+        part = chunk[:][: len(values) - done]
+        values[done : done + len(part)] = floats(part)
+        done += len(part)
+        if done == len(values):
+            break
+    return values[:done]
+
+
+def open_uff(path: Path) -> Source:
+    """Open a universal file; every data set 58 is a signal, with its abscissa as time.
+
+    Raises InputError when it is damaged, has no data set 58, or pyuff is not installed.
+    """
+    pyuff = library("pyuff", path)
+    refuse_beyond(UFF_GROWTH * path.stat().st_size, path, "its data sets", "export fewer functions into one file")
+    with reading(path, "UFF"):
+        file = pyuff.UFF(str(path))
+        sets = [file.read_sets(int(at)) for at, kind in enumerate(file.get_set_types()) if int(kind) == 58]
+        listed = [(_name(each, at), each) for at, each in enumerate(sets)]
+        values = {}
+        signals = []
+        for name, each in zip(unique([name for name, _ in listed]), sets, strict=True):
+            signals += _signals(name, each, values)
+    if not sets:
+        remedy = "export time histories as functions at nodal degrees of freedom"
+        raise InputError(Fault("", "has no data set 58", remedy, str(path)))
+
+    def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
+        return {name: values[name][:most].copy() for name in names}
+
+    notes = tuple(str(each.get(key, "")) for each in sets[:1] for key in ("id2", "id3", "id4", "id5"))
+    return Source(str(path), "UFF", tuple(signals), load, {}, tuple(note for note in notes if note.strip()))
+
+
+def _name(each: dict[str, Any], at: int) -> str:
+    told = str(each.get("id1", "")).strip().replace("/", "_")
+    return told if told and told.upper() != "NONE" else f"set {at + 1}"
+
+
+def _signals(name: str, each: dict[str, Any], values: dict[str, np.ndarray]) -> list[Signal]:
+    """Return the signals of a data set: its ordinate, and its abscissa where that is uneven."""
+    data = np.asarray(each["data"])
+    numeric = data.dtype.kind in "biuf" and data.ndim == 1
+    values[name] = data.astype(np.float64) if numeric else np.zeros(0)
+    unit = _unit(each, "ordinate")
+    rows = len(values[name])
+    if int(each.get("abscissa_spacing", 1)) == 1:
+        clock = (float(each.get("abscissa_min", 0.0)), float(each.get("abscissa_inc", 0.0)))
+        return [Signal(name, unit, rows, clock if clock[1] > 0.0 else None, numeric=numeric)]
+    axis = f"{name}/x"
+    values[axis] = np.asarray(each["x"], dtype=np.float64)
+    return [Signal(name, unit, rows, axis=axis, numeric=numeric), Signal(axis, _unit(each, "abscissa") or "s", rows)]
+
+
+def _unit(each: dict[str, Any], which: str) -> str:
+    told = str(each.get(f"{which}_axis_units_lab", "") or "").strip()
+    return "" if told.upper() in ("NONE", "NO") else told
+
+
+def open_wav(path: Path) -> Source:
+    """Open a WAV file; its channels are ``channel 1``, ``channel 2``, sampled at the rate of its header.
+
+    Raises InputError when it is damaged, or takes too much memory.
+    """
+    from scipy.io import wavfile
+
+    refuse_beyond(WAV_GROWTH * path.stat().st_size, path, "its samples", "cut the file")
+    with reading(path, "WAV"):
+        rate, samples = wavfile.read(path)
+        table = samples.reshape(len(samples), -1)
+        step = 1.0 / rate
+    signals = tuple(Signal(f"channel {k + 1}", "", len(table), (0.0, step)) for k in range(table.shape[1]))
+
+    def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
+        refuse_large(path, [len(table)] * len(names))
+        places = {each.name: k for k, each in enumerate(signals)}
+        return {name: table[:most, places[name]].astype(np.float64) for name in names}
+
+    return Source(str(path), "WAV", signals, load)
