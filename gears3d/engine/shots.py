@@ -12,7 +12,6 @@ from gears3d.effects.rows import Code
 from gears3d.engine.budget import Watch
 from gears3d.engine.bullet import require_bullet
 from gears3d.engine.closing import Plant
-from gears3d.engine.door import STRETCH, TURN_PER_STEP, bodies, longest_step, prepared
 from gears3d.engine.forced import springs_of
 from gears3d.engine.holding import on_flank
 from gears3d.engine.lines import slices_of
@@ -21,6 +20,7 @@ from gears3d.engine.log import Impact, Log
 from gears3d.engine.loop import ROOM
 from gears3d.engine.mesh import meshed
 from gears3d.engine.motion import drive_at, motion_table, standing_at
+from gears3d.engine.run import STRETCH, TURN_PER_STEP, bodies, longest_step, prepared
 from gears3d.engine.torques import FREE, acceleration, friction, gated
 from gears3d.engine.world import lent_world
 from gears3d.errors import EngineError, Fault, InputError

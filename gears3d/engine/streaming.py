@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.engine.closing import Arc, Plant
-from gears3d.engine.door import Asked, check_contact, simulated
 from gears3d.engine.log import HELICAL, Impact, Log
+from gears3d.engine.run import Asked, check_contact, simulated
 from gears3d.errors import InputError
 from gears3d.recording import SIGNAL_UNITS
 from gears3d.recording.streaming import TableStream

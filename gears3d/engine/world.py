@@ -1,6 +1,6 @@
 """The PyBullet world: two compounds of convex teeth, each on a revolute link of a fixed base.
 
-Inside this file and :mod:`gears3d.engine.hulls` lengths are mm (mass kg, time s), because Bullet's distance
+Inside this file and :mod:`gears3d.engine.world` lengths are mm (mass kg, time s), because Bullet's distance
 algorithm loses micrometres when gears are given in metres; poses, speeds and torques of the interface are in SI.
 """
 
@@ -17,14 +17,44 @@ from typing import Any
 import numpy as np
 
 from gears3d.engine.bullet import pybullet
-from gears3d.engine.hulls import write_compound
 from gears3d.errors import EngineError
 from gears3d.files import PRIVATE, temporary
 
+# Bullet's hull computer truncates vertices to this fraction of a piece's extent, towards its middle, on each axis.
+QUANTA = 10216
 MM = 1e3  # mm per m
 TORQUE = 1e6  # kg mm²/s² per N·m, and kg mm² per kg m²
 MARGIN = 1e-3  # Bullet's collision margin of a convex hull, in its own length unit: mm here
 LINK = 0
+
+
+def against_truncation(points: np.ndarray) -> np.ndarray:
+    """Return the vertices (n, 3) of one convex piece moved outwards by half a step of Bullet's grid.
+
+    Truncation then rounds them.
+
+    >>> import numpy as np
+    >>> against_truncation(np.array([[0.0, 0.0, 0.0], [1.0216, 1.0216, 1.0216]]))[:, 0].round(9).tolist()
+    [-5e-05, 1.02165]
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    return points + 0.5 * (high - low) / QUANTA * np.sign(points - 0.5 * (low + high))
+
+
+def write_compound(path: Path, pieces: Sequence[np.ndarray]) -> None:
+    """Write an OBJ with one object for each convex piece (n, 3), which Bullet loads as a compound of convex hulls."""
+    text: list[str] = []
+    first = 1
+    for number, piece in enumerate(pieces):
+        points = against_truncation(piece)
+        text.append(f"o piece{number}\n")
+        text.append("v %.9f %.9f %.9f\n" * len(points) % tuple(points.ravel().tolist()))
+        # only points of a face are loaded, once for each face; the hull is computed from them
+        last = first + len(points) - 1
+        corners = np.minimum(np.arange(first, last + 1, 3)[:, None], last - 2) + np.arange(3)
+        text.append("f %d %d %d\n" * len(corners) % tuple(corners.ravel().tolist()))
+        first += len(points)
+    path.write_text("".join(text), encoding="ascii")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.kernels import njit
-from gears3d.lumped import closed_kernel, kernel, repeating, tally
+from gears3d.lumped import closed_form, kernel, repeating, tally
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import borrowed, entry, inner
 
@@ -84,7 +84,7 @@ def _compiled(plain: bool, compliant: bool) -> Any:
             mode = before[at.MODE]
             _reset(state, start[i], mode if follow and carried else at.BEFORE)
             if plain:  # known when it is compiled; a kernel in the closure is never found in the cache
-                closed_kernel.advance(m, state, count, impacts, contacts, samples, inf, 0.0)
+                closed_form.advance(m, state, count, impacts, contacts, samples, inf, 0.0)
             elif compliant:
                 kernel.compliant(m, state, count, work, impacts, contacts, samples, inf, 0.0)
             else:
@@ -99,7 +99,7 @@ def _compiled(plain: bool, compliant: bool) -> Any:
                 stride, until = repeating.next_stop(turn, total - keep - reached, strobe, period)
                 while status[i] == DONE:
                     if plain:
-                        ended = closed_kernel.advance(m, state, count, impacts, contacts, samples, inf, until)
+                        ended = closed_form.advance(m, state, count, impacts, contacts, samples, inf, until)
                     elif compliant:
                         ended = kernel.compliant(m, state, count, work, impacts, contacts, samples, inf, until)
                     else:

@@ -85,7 +85,7 @@ def synthesize(
         raise UsageError(f"there is no test {test!r}; {did_you_mean(test, SYNTHESIZED)}")
     sensors = scenario.sensors
     if test == "coastdown":
-        from gears3d.lumped.rundown import DriveDrag, rundown
+        from gears3d.lumped.rig_tests import DriveDrag, rundown
 
         coasted = rundown(scenario, speed, progress=progress, turning=turning, drive_drag=DriveDrag(*drive_drag))
         happened = observe(coasted, scenario.effects, scenario.rig())
@@ -110,7 +110,7 @@ def _slow(
     scenario: Scenario, speed: float | None, turns: float | None, progress: Callable[[float], None] | None
 ) -> tuple[Recording, Sensors]:
     """Return slow turns as the sensors see them, and the sensors at the rate that these take."""
-    from gears3d.lumped.slow_turns import slow_turns
+    from gears3d.lumped.rig_tests import slow_turns
 
     speed = SLOW if speed is None else speed
     rate = min(scenario.sensors.sample_rate, PER_TURN * abs(speed) / (2.0 * pi))

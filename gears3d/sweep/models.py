@@ -16,12 +16,11 @@ from gears3d.lumped import layout as at
 from gears3d.lumped import tally
 from gears3d.lumped.batch import BROKEN, STANDSTILL, TOO_LONG, Batch, pack_points, room
 from gears3d.lumped.flanks import perfect
-from gears3d.lumped.lubricated.model import pack
-from gears3d.lumped.lubricated.recorded import flown
+from gears3d.lumped.kernel import STATES
+from gears3d.lumped.lubricated.model import flown, pack
 from gears3d.lumped.model import model
 from gears3d.lumped.rigid import packed
 from gears3d.lumped.run import run
-from gears3d.lumped.start import STATES
 from gears3d.scenario.keys import written_value
 from gears3d.signals.motion import stroboscope
 from gears3d.simulation import simulate

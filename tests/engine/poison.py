@@ -4,7 +4,7 @@ import math
 import sys
 
 from gears3d.effects.rows import torque_relax
-from gears3d.engine import door
+from gears3d.engine import run
 
 
 def poison(monkeypatch, after):
@@ -14,6 +14,6 @@ def poison(monkeypatch, after):
         monkeypatch: pytest's own.
         after: time until which it is honest, amid a flight: contact would be cut there [s].
     """
-    honest = door.torque_table
+    honest = run.torque_table
     lost = torque_relax(0.0, -after / math.log(sys.float_info.max))  # 0 times a number, then 0 times infinity
-    monkeypatch.setattr(door, "torque_table", lambda rows: honest([*rows, lost]))
+    monkeypatch.setattr(run, "torque_table", lambda rows: honest([*rows, lost]))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.engine import Bench, simulate
-from gears3d.engine.halving import halved
+from gears3d.engine.run import halved
 from gears3d.errors import UsageError
 from gears3d.recording import Recording
 from gears3d.scenario import load

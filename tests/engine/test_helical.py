@@ -9,7 +9,7 @@ import pytest
 from gears3d import cli
 from gears3d.bench import static_error
 from gears3d.comparison import compare
-from gears3d.engine import door, simulate
+from gears3d.engine import run, simulate
 from gears3d.engine.lines import facing, line_gap
 from gears3d.engine.mesh import meshed
 from gears3d.errors import EngineError, InputError
@@ -201,8 +201,8 @@ def test_a_run_folder_of_a_helical_pair(tmp_path, capsys):
 
 def test_a_helical_tooth_moved_behind_the_hulls_back_is_named(monkeypatch):
     scenario = load(FIG5, {**TWIN, "gears.face_width": "15 mm", "run.duration": "0.7 s"})
-    honest = door.pieces
-    monkeypatch.setattr(door, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
+    honest = run.pieces
+    monkeypatch.setattr(run, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
     moved = scenario.pair().with_deviations(ToothDeviation("loose", "active", 11, 1e-5))
     with pytest.raises(EngineError, match="against loose tooth 11"):
         simulate(scenario, pair=moved)

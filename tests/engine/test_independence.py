@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from gears3d.engine import door, simulate
+from gears3d.engine import run, simulate
 from gears3d.errors import EngineError
 from gears3d.gears import HarmonicDeviation, ToothDeviation
 from gears3d.lumped import rigid
@@ -71,8 +71,8 @@ def test_a_thick_tooth_meets_with_its_mates_edge_before_the_path_of_contact():
 def test_raw_gap_outside_the_hull_budget_stops_the_run(monkeypatch):
     """Flanks moved by 4 µm behind the hulls' back."""
     scenario = fig5()
-    honest = door.pieces
-    monkeypatch.setattr(door, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
+    honest = run.pieces
+    monkeypatch.setattr(run, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
     moved = scenario.pair().with_deviations(HarmonicDeviation("loose", "reverse", 0, 4e-6))
     with pytest.raises(EngineError, match=r"reverse flanks, drive tooth \d+ against loose tooth \d+: Bullet measures"):
         simulate(scenario, pair=moved)
@@ -81,8 +81,8 @@ def test_raw_gap_outside_the_hull_budget_stops_the_run(monkeypatch):
 
 def test_a_single_tooth_moved_behind_the_hulls_back_is_named(monkeypatch):
     scenario = fig5()
-    honest = door.pieces
-    monkeypatch.setattr(door, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
+    honest = run.pieces
+    monkeypatch.setattr(run, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
     moved = scenario.pair().with_deviations(ToothDeviation("loose", "active", 11, 5e-6))
     with pytest.raises(EngineError, match="against loose tooth 11"):
         simulate(scenario, pair=moved)

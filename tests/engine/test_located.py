@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.engine import door, moving, simulate
+from gears3d.engine import moving, run, simulate
 from gears3d.errors import UsageError
 from gears3d.lumped import rigid
 from gears3d.scenario import load
@@ -136,6 +136,6 @@ def test_steps_resolve_the_fastest_wave():
     from gears3d.engine.motion import motion_table
 
     pair = scenario.pair()
-    step = door.longest_step(motion_table(scenario), (), pair)
+    step = run.longest_step(motion_table(scenario), (), pair)
     assert step == pytest.approx(0.3 / 90 / (770 / 60), rel=1e-12)
     assert moving.NEAR <= 1e-10

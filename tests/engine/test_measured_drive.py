@@ -5,8 +5,8 @@ import pytest
 
 from gears3d.comparison import compare
 from gears3d.engine import simulate
-from gears3d.engine.door import longest_step
 from gears3d.engine.motion import drive_at, fastest, motion_table
+from gears3d.engine.run import longest_step
 from gears3d.errors import InputError
 from gears3d.lumped import rigid
 from gears3d.scenario import load

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gears3d.engine import door, simulate
+from gears3d.engine import run, simulate
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
 from gears3d.engine.lines import slices_of
@@ -47,7 +47,7 @@ def test_no_near_pair_is_missed_between_queries(case):
     plant = Plant(shape, there_and_back(1.0, way * pitch, pitch), torques, False, 1.0)
     rng = np.random.default_rng(2)
     compared = 0
-    with World(*door.bodies(scenario, pair), respond=False) as world:
+    with World(*run.bodies(scenario, pair), respond=False) as world:
         for time in np.linspace(0.0, 2.0 * way * pitch, 500):
             drive = time if time < way * pitch else 2.0 * way * pitch - time
             plant_time = time if time < way * pitch else time + pitch
@@ -92,19 +92,19 @@ def test_pairs_of_different_teeth_are_compared_until_all_flanks_have_been():
 @pytest.mark.parametrize("tooth", [2, 30, 43])
 def test_a_faulty_hull_of_a_tooth_is_found_in_gears_whose_teeth_are_equal(monkeypatch, tooth):
     scenario = load(FIG5, {**FEW, "run.duration": "0.5 s", "motion.mean": "400 rpm", "motion.harmonics": []})
-    honest = door.pieces
+    honest = run.pieces
     moved = scenario.pair().with_deviations(ToothDeviation("loose", "active", tooth, 5e-6))
-    monkeypatch.setattr(door, "pieces", lambda pair, which, **how: honest(moved, which, **how))
-    with pytest.raises(door.EngineError, match=rf"against loose tooth {tooth}\b"):
+    monkeypatch.setattr(run, "pieces", lambda pair, which, **how: honest(moved, which, **how))
+    with pytest.raises(run.EngineError, match=rf"against loose tooth {tooth}\b"):
         simulate(scenario)
 
 
 def test_every_pair_in_mesh_is_compared_with_bullets_gaps(monkeypatch):
     """Whichever tooth the hulls have moved, the run stops at it."""
     scenario = load(FIG5, {"run.duration": "0.4 s", "motion.harmonics": [], "run.settle": "0 s"})
-    honest = door.pieces
-    monkeypatch.setattr(door, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
+    honest = run.pieces
+    monkeypatch.setattr(run, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
     for tooth in range(2, 18):
         moved = scenario.pair().with_deviations(ToothDeviation("loose", "active", tooth, -5e-6))
-        with pytest.raises(door.EngineError, match=rf"against loose tooth {tooth}\b"):
+        with pytest.raises(run.EngineError, match=rf"against loose tooth {tooth}\b"):
             simulate(scenario, pair=moved)

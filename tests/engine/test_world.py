@@ -4,10 +4,10 @@ import numpy as np
 import pybullet
 import pytest
 
-from gears3d.engine import door, world
+from gears3d.engine import run, world
 from gears3d.engine.budget import MARGINS
-from gears3d.engine.hulls import QUANTA, against_truncation, write_compound
 from gears3d.engine.mesh import meshed, side_gap, teeth_of_points
+from gears3d.engine.world import QUANTA, against_truncation, write_compound
 from gears3d.errors import EngineError
 from gears3d.gears import Gear, Pair, edged_gap, nearest_gap
 from gears3d.scenario import load
@@ -18,7 +18,7 @@ SCENARIO = load(FIG5)
 
 @pytest.fixture(scope="module")
 def fig5_world():
-    with world.World(*door.bodies(SCENARIO, SCENARIO.pair()), respond=False) as made:
+    with world.World(*run.bodies(SCENARIO, SCENARIO.pair()), respond=False) as made:
         yield made
 
 
@@ -80,14 +80,14 @@ def test_settings_that_do_not_arrive_are_refused(monkeypatch):
         honest(*args, **{key: value for key, value in kwargs.items() if key != "restitution"})
 
     monkeypatch.setattr(pybullet, "changeDynamics", forgetful)
-    bodies = door.bodies(SCENARIO, SCENARIO.pair())
+    bodies = run.bodies(SCENARIO, SCENARIO.pair())
     with pytest.raises(EngineError, match="did not take these settings: restitution, friction of the drive gear"):
         world.World(*bodies, respond=True)
 
 
 def test_worlds_give_their_server_back():
     before = [pybullet.getConnectionInfo(number)["isConnected"] for number in range(16)]
-    bodies = door.bodies(SCENARIO, SCENARIO.pair())
+    bodies = run.bodies(SCENARIO, SCENARIO.pair())
     for _ in range(3):
         world.World(*bodies, respond=False).close()
     assert [pybullet.getConnectionInfo(number)["isConnected"] for number in range(16)] == before
@@ -104,13 +104,13 @@ def test_runs_of_the_same_gears_share_a_world_and_nothing_else(monkeypatch):
     monkeypatch.setattr(pybullet, "connect", connect)
     short = load(FIG5, {"run.duration": "0.2 s", "run.settle": "0 s", "gears.face_width": "8.125 mm"})
     other = short.with_({"motion.mean": "200 rpm", "drag.torque": "0.5 N m", "impact.restitution": 0.6})
-    fresh, _, used = (door.simulate(scenario) for scenario in (short, other, short))
+    fresh, _, used = (run.simulate(scenario) for scenario in (short, other, short))
     assert len(connected) == 1
     for table in ("signals", "impacts"):
         one, two = getattr(fresh, table), getattr(used, table)
         assert all(one[name].tobytes() == two[name].tobytes() for name in one)
     assert {**fresh.meta, "wall_s": 0} == {**used.meta, "wall_s": 0}
-    door.simulate(short.with_({"gears.face_width": "8.25 mm"}))
+    run.simulate(short.with_({"gears.face_width": "8.25 mm"}))
     assert len(connected) == 2
 
 

@@ -18,7 +18,7 @@ from gears3d.identify import (
     make_track,
 )
 from gears3d.laws import dynamic_viscosity
-from gears3d.lumped.rundown import DriveDrag, rundown
+from gears3d.lumped.rig_tests import DriveDrag, rundown
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from tests.identify import shafts

@@ -12,8 +12,7 @@ from gears3d.effects.oil_film import OilFilm
 from gears3d.errors import InputError
 from gears3d.laws import film
 from gears3d.lumped import layout as at
-from gears3d.lumped.kernel import advance
-from gears3d.lumped.start import start_state
+from gears3d.lumped.kernel import advance, start_state
 from gears3d.scenario import load
 from gears3d.simulation import simulate
 from tests.lumped.rig import RPM, model, run

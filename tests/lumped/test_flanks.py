@@ -9,8 +9,7 @@ from gears3d.effects import Flank, Rig, flank_harmonic
 from gears3d.effects import Gear as G
 from gears3d.gears import Eccentricity, Gear, HarmonicDeviation, Pair, Relief, ToothDeviation, quasi_static
 from gears3d.lumped import layout
-from gears3d.lumped.fitting import fit
-from gears3d.lumped.flanks import flank_tables, table_period
+from gears3d.lumped.flanks import fit, flank_tables, table_period
 from gears3d.lumped.tables import Table
 from gears3d.scenario import load
 from gears3d.simulation import simulate

@@ -8,7 +8,7 @@ import pytest
 
 from gears3d import cli
 from gears3d.errors import InputError, UsageError
-from gears3d.lumped.rundown import rundown
+from gears3d.lumped.rig_tests import rundown
 from gears3d.recording import read
 from gears3d.scenario import load
 from gears3d.simulation import record, simulate

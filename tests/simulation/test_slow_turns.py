@@ -7,7 +7,7 @@ import pytest
 
 from gears3d import cli
 from gears3d.errors import InputError
-from gears3d.lumped.slow_turns import LEAD, TURNING, slow_turns, there_and_back
+from gears3d.lumped.rig_tests import LEAD, TURNING, slow_turns, there_and_back
 from gears3d.recording import read
 from gears3d.scenario import load
 from gears3d.simulation import record

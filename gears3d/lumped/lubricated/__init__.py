@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gears3d.lumped.lubricated.drag import Bath, Bearing, Synchroniser, drag_parts
     from gears3d.lumped.lubricated.indices import error_indices, rattle_index, sensitivity
-    from gears3d.lumped.lubricated.recorded import simulate
+    from gears3d.lumped.lubricated.model import simulate
 
 _HOME = {
-    "simulate": "recorded",
+    "simulate": "model",
     "rattle_index": "indices",
     "sensitivity": "indices",
     "error_indices": "indices",

@@ -1,4 +1,9 @@
-"""Tables: CSV and its dialects, spreadsheets (.xlsx and .ods, read as a stream within bounds), and Parquet."""
+"""Tables: CSV and its dialects, spreadsheets (.xlsx and .ods, read as a stream within bounds), and Parquet.
+
+Both kinds of spreadsheet are XML in a ZIP archive. The parser of the standard library reads them a block at a time; no
+sheet is held as a tree, and what an archive declares to unpack to is compared with the limit before anything is
+unpacked.
+"""
 
 from __future__ import annotations
 

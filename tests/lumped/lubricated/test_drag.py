@@ -7,7 +7,7 @@ from shapely.geometry import Point, Polygon
 from gears3d.gears import profile
 from gears3d.laws import end_faces, periphery, rolling_bearing
 from gears3d.lumped.lubricated import Bath, Bearing, Synchroniser, drag_parts
-from gears3d.lumped.lubricated.squeezing import area_in_circle, space_area, squeezing_torque
+from gears3d.lumped.lubricated.drag import area_in_circle, space_area, squeezing_torque
 from gears3d.scenario import load
 
 PAIR = load("scenarios/base/helical-17-43.toml").pair()

@@ -5,7 +5,7 @@ import pytest
 
 from gears3d.gears import contact_lines
 from gears3d.laws import contact_length
-from gears3d.lumped.lubricated.friction import arm, coefficient, hydrodynamic, levers, shearing
+from gears3d.lumped.lubricated.model import arm, coefficient, hydrodynamic, levers, shearing
 from gears3d.scenario import load
 
 PAIR = load("scenarios/base/helical-17-43.toml").pair()

@@ -108,7 +108,7 @@ def assembly(version: int, temperature: float = 50.0) -> list[dict[str, Any]]:
 
 def coastdown(case: Case, version: int, temperature: float = 50.0) -> tuple[np.ndarray, np.ndarray]:
     """Return time [s] and speed [rad/s] of the loose gear's simulated coast-down from its mean speed."""
-    from gears3d.lumped.rundown import rundown
+    from gears3d.lumped.rig_tests import rundown
 
     def compute() -> tuple[np.ndarray, np.ndarray]:
         scenario = case.with_({"effect": assembly(version, temperature)}).scenario

@@ -141,7 +141,7 @@ def strongest_order(case: Case) -> float:
 @measure
 def coastdown_damping(case: Case, frequency: float) -> float:
     """Return the damping that eq. (16) reads from a coast-down from 2 Hz, at a frequency of rotation [Hz]."""
-    from gears3d.lumped.rundown import rundown
+    from gears3d.lumped.rig_tests import rundown
 
     record = case.once("coast-down", lambda: rundown(case.scenario, speed=4 * pi, duration=12.0)).signals
     angle, time, omega = (record[column] for column in ("theta_loose_rad", "time_s", "omega_loose_rad_s"))

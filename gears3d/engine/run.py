@@ -1,4 +1,4 @@
-"""Runs of the engine: from a scenario through the Bullet world to a recording."""
+"""Runs of the engine: from a scenario through the Bullet world to a recording, with the error due to the step."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from gears3d.engine.closing import Plant
 from gears3d.engine.faults import YIELDED
 from gears3d.engine.films import film_of
 from gears3d.engine.forced import TOLERANCE, springs_of
-from gears3d.engine.halving import ORDER, halved
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.lines import slices_of
 from gears3d.engine.located import Located, Settings
@@ -37,8 +36,13 @@ from gears3d.scenario.models import eccentricities, flank_deviations
 from gears3d.units import show
 
 if TYPE_CHECKING:
+    from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
+# Order of the error in the step: flights and compliant contacts use two Gauss points a step; native is Bullet's own
+# integration.
+ORDER = {"located": 4, "native": 1}
+PARTED = 0.01  # distance of two runs, as a part of the backlash, beyond which they are independent
 Parts = tuple[World, Plant, Watch, Log]
 Begin = Callable[[Plant, tuple[float, float]], tuple[Log, list[tuple[int, float, float]]]]
 CONTACTS = ("located", "native")
@@ -49,6 +53,46 @@ STRETCH = 1.25  # factor by which a step may be longer where a window of near te
 MOST_STEPS = 1e9  # of a run in contact with a carried body, which would take hours
 # Smallest number of steps in one period of the fastest harmonic of motion, torque or flanks.
 STEPS_PER_WAVE = 40.0
+
+
+def halved(made: Recording, finer: Recording, backlash: float, order: int) -> dict[str, Any]:
+    """Return the error of a run ``made``, as estimated by the run ``finer`` with half its longest step.
+
+    The dict has ``order``, that of the error in the step; ``step_s`` and ``half_step_s`` as in the runs' ``meta``;
+    ``until_s``, up to which both were compared, and ``parted``, whether they diverged there, as chaotic motions do with
+    any step; ``displacement_m`` and ``displacement_rms_m``; and of ``impacts`` compared one by one the largest
+    ``impact_time_s`` and ``impact_velocity_m_s``. All errors are those of ``made``: the difference times
+    2^order/(2^order - 1). ``backlash`` is in m.
+
+    Source: Richardson's extrapolation.
+    """
+    share = 2.0**order / (2.0**order - 1.0)
+    count = min(len(made.time), len(finer.time))
+    apart = np.abs(made.signals["displacement_m"][:count] - finer.signals["displacement_m"][:count])
+    gone = np.flatnonzero(apart > PARTED * backlash)
+    parted = bool(gone.size)
+    count = int(gone[0]) if parted else count
+    until = float(made.time[count - 1]) if count else 0.0
+    ours, theirs = ({name: hits[hits_name] for name, hits_name in _COMPARED} for hits in (made.impacts, finer.impacts))
+    hits = min(*(int(np.searchsorted(table["time"], until, side="right")) for table in (ours, theirs)))
+    other = np.flatnonzero(ours["flank"][:hits] != theirs["flank"][:hits])
+    hits = int(other[0]) if other.size else hits
+    off = {name: np.abs(ours[name][:hits] - theirs[name][:hits]) for name in ("time", "velocity")}
+    return {
+        "order": order,
+        "step_s": made.meta["longest_step_s"],
+        "half_step_s": finer.meta["longest_step_s"],
+        "until_s": until,
+        "parted": parted or bool(other.size),
+        "displacement_m": share * float(apart[:count].max(initial=0.0)),
+        "displacement_rms_m": share * float(np.sqrt(np.mean(apart[:count] ** 2))) if count else 0.0,
+        "impacts": hits,
+        "impact_time_s": share * float(off["time"].max(initial=0.0)),
+        "impact_velocity_m_s": share * float(off["velocity"].max(initial=0.0)),
+    }
+
+
+_COMPARED = (("time", "time_s"), ("flank", "flank"), ("velocity", "velocity_m_s"))
 
 
 def simulate(
@@ -72,7 +116,7 @@ def simulate(
         path: of the drive in place of the scenario's motion, as :func:`gears3d.engine.motion.there_and_back` gives;
             with one, ``step`` may be longer than those of usual speeds.
         error_estimate: run once more with half the step, and give in ``meta["error_estimate"]`` the result of
-            :func:`gears3d.engine.halving.halved` for both; progress then goes to twice the duration.
+            :func:`gears3d.engine.run.halved` for both; progress then goes to twice the duration.
 
     Returns:
         The recording, with ``meta["error_budget"]``; after Ctrl-C the part up to then, with ``meta["interrupted"]``.
