@@ -16,7 +16,7 @@ class Fault:
         key: dotted path of the key, e.g. ``motion.harmonics[0].frequency``; empty for the whole file.
         message: what is wrong, with the value and its unit.
         remedy: what to do about it; empty when the message says it.
-        file: the file it stands in; empty when there is none.
+        file: the file with the fault; empty where no file is involved.
     """
 
     key: str
@@ -77,11 +77,11 @@ class MissingExtraError(InputError):
 
 
 class EngineError(GearsError):
-    """A simulation cannot go on or cannot be trusted (jammed gears, gap outside the hull budget, NaN).
+    """A simulation cannot continue or cannot be trusted (jammed gears, gap outside the hull budget, NaN).
 
     Args:
         message: what happened, when, and what to do.
-        partial: the recording up to that instant, ``None`` when there is none; its ``meta`` has ``interrupted``,
+        partial: the recording up to that instant, ``None`` without one; its ``meta`` has ``interrupted``,
             ``reached_s`` and ``stopped_by``.
     """
 

@@ -24,7 +24,7 @@ def plug_in(group: str, accept: Callable[[Callable[[], Any], str], None]) -> Non
         package = package_of(point)
         try:
             accept(point.load, package)
-        except (Exception, SystemExit) as error:  # code of strangers raises whatever it likes
+        except (Exception, SystemExit) as error:  # code of third parties may raise any exception
             why = " ".join(str(error).split()) or "no reason given"
             warn(group, point.name, package, f"{type(error).__name__}: {why}")
 

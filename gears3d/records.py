@@ -37,7 +37,7 @@ _WORD = ir.IntType(64)
 
 
 class RecordType(types.Type):
-    """The type of a record in compiled code; its name holds the layout, so that a changed one is compiled anew."""
+    """The type of a record in compiled code; its name holds the layout, so that a changed one is compiled again."""
 
     def __init__(self, cls: type[Record]) -> None:
         self.cls = cls

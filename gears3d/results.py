@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Result:
-    """A result: saved, reported and drawn in the same way whatever it is of.
+    """A result: saved, reported and drawn in the same way for every kind of result.
 
     Pages and pictures know every kind of result, so their package is loaded by name, and only when it is needed.
     """

@@ -1,8 +1,8 @@
 """Puts units on and takes them off; the only file that knows pint.
 
 Every quantity belongs to a *family* (length, speed, frequency, torque ...), which is narrower than a dimension: a
-rotational speed is no frequency and an energy is no torque, though their dimensions agree. Indoors everything is a
-bare SI float.
+rotational speed is not a frequency and an energy is not a torque, though their dimensions agree. Inside the package
+everything is a bare SI float.
 """
 
 from __future__ import annotations

@@ -50,12 +50,12 @@ class Impacts(NamedTuple):
     time: Array  # [s], (n,)
     flank: Array  # (n,)
     speed: Array  # of approach [m/s], (n,)
-    rebound: Array  # NaN where none is seen [m/s], (n,)
+    rebound: Array  # NaN where it was not observed [m/s], (n,)
     lasts: Array  # duration that is certain [s], (n,)
 
     @property
     def ratio(self) -> Array:
-        """Rebound speed over approach speed, NaN where none is seen, (n,)."""
+        """Rebound speed over approach speed, NaN where the rebound was not observed, (n,)."""
         return np.abs(self.rebound) / self.speed
 
 

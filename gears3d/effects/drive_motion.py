@@ -50,7 +50,7 @@ class DriveMotion:
 
     def __post_init__(self) -> None:
         if self.frequency > 0.0 and self.order > 0.0:
-            raise InputError(Fault("order", "stands beside frequency", "keep one of the two"))
+            raise InputError(Fault("order", "stands in addition to frequency", "keep one of the two"))
         if not (self.frequency > 0.0 or self.order > 0.0):
             raise InputError(Fault("frequency", "is missing", 'e.g. frequency = "3 Hz", or order = 2'))
 

@@ -51,7 +51,7 @@ def pull_of(row, twist, rate):
 
 @inner
 def hand_over(row, s):
-    """Write the spring's torque now for whatever acts at this instant alone."""
+    """Write the spring's torque now for all that acts at this instant alone."""
     row[SINCE] = s.time
     row[CUBIC : CUBIC + 4] = 0.0
     row[CUBIC] = pull_of(row, s.body[0] - s.theta, s.body[1] - s.omega)

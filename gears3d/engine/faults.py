@@ -28,10 +28,10 @@ def sunk(depth: float, time: float, remedy: str) -> EngineError:
     """Return the error of teeth that overlap by ``depth`` [m] at a time [s].
 
     >>> print(sunk(3e-6, 0.25, "give stiffer teeth"))
-    the teeth lie 3 µm deep in each other at t = 0.25 s: their contact gives way (give stiffer teeth)
+    the teeth lie 3 µm deep in each other at t = 0.25 s: the contact is too soft (give stiffer teeth)
     """
     return EngineError(
-        f"the teeth lie {depth * 1e6:.3g} µm deep in each other at t = {time:.6g} s: their contact gives way ({remedy})"
+        f"the teeth lie {depth * 1e6:.3g} µm deep in each other at t = {time:.6g} s: the contact is too soft ({remedy})"
     )
 
 

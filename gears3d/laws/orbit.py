@@ -259,8 +259,8 @@ class Flight(NamedTuple):
         left: flank that it left.
         lost: phase when it began [rad].
         launch: relative speed then [m/s].
-        struck: flank that it ended on.
-        hit: phase then [rad].
+        struck: flank of the impact that ended it.
+        hit: phase of that impact [rad].
         duration: [s].
         velocity: relative to the flank just before the impact [m/s].
         height: largest distance from the flank that it left [m].
@@ -284,7 +284,7 @@ class Cycle(NamedTuple):
         flights: from the first loss of the active flank on.
         periods: of the drive that the cycle takes.
         slowest: smallest speed of the loose gear, less the drive's mean, on the line of action [m/s].
-        why: there is no closed form; empty when there is.
+        why: a closed form does not exist; empty where one does.
     """
 
     regime: str
@@ -323,7 +323,7 @@ def cycle(
         least_height: impacts after flights no higher than this do not name the regime [m].
 
     Returns:
-        The cycle; its regime is ``"unknown"`` where there is no closed form.
+        The cycle; its regime is ``"unknown"`` without a closed form.
 
     Source: Rigaud & Perret-Liaudet 2020, eqs (17)-(19); Kadmiri et al. 2012, eqs (19)-(22).
 

@@ -327,7 +327,7 @@ def named_of(codes: np.ndarray, names: Sequence[str]) -> pyarrow.Array:
 
 
 def floats_of(column: pyarrow.Array) -> np.ndarray:
-    """Return a column of float64 as an array, missing values NaN; where none is missing nothing is copied.
+    """Return a column of float64 as an array, missing values NaN; without missing values nothing is copied.
 
     >>> import pyarrow as pa
     >>> floats_of(pa.array([1.0, None, 3.0])).tolist(), floats_of(pa.array([1.0, 2.0, None, 4.0])[1:]).tolist()

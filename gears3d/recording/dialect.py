@@ -70,7 +70,7 @@ _WORD = re.compile(r"[^\s\[(]\S*(?:\s*(?:\[[^\[\]]*\]|\([^()]*\)))?|\[[^\[\]]*\]
 
 
 def form_of(cell: str) -> str:
-    """Return the form of a date or clock time, empty where a cell is none.
+    """Return the form of a date or clock time, empty where a cell is neither.
 
     >>> form_of("2026-03-12T10:00:00.25Z"), form_of("12.03.2026 10:00:00,25"), form_of("10:00:00"), form_of("1.5")
     ('iso', 'dmy', 'clock', '')
@@ -154,7 +154,7 @@ class Exact:
         self._scale = 10.0**digits
 
     def since_first(self, whole: np.ndarray) -> np.ndarray:
-        """Return the next distances, (n,), NaN where there is no number."""
+        """Return the next distances, (n,), NaN where a number is missing."""
         known = whole != NEVER
         if self._first is None and known.any():
             self._first = int(whole[known][0])
@@ -214,12 +214,12 @@ class Dialect(NamedTuple):
     newline: str  # what ends a line
     skip: int  # lines above the first row of numbers
     names: tuple[str, ...]  # of the columns, as written; ``column 1`` and so on where the file has none
-    units: tuple[str, ...]  # a row of them below the names, empty where there is none
+    units: tuple[str, ...]  # a row of them below the names, empty without one
     numeric: tuple[bool, ...]  # whether a column holds numbers or times
     header: tuple[str, ...]  # the lines above the names
     # of its times by column, ``exact N`` for numbers with N decimals that are counted from the first one
     forms: tuple[str, ...] = ()
-    thousands: str = ""  # mark between groups of three digits, empty where there is none
+    thousands: str = ""  # mark between groups of three digits, empty without one
     most: int = 0  # cells of the longest rows; those beyond the names are comments
 
 

@@ -88,7 +88,7 @@ def levels(recording: Recording, constant: float | None = None, whine: float = n
 
     Args:
         recording: with impacts.
-        constant: A of Rigaud & Perret-Liaudet 2020, eq. (26) [s³/rad³]; without it there is no sound pressure level.
+        constant: A of Rigaud & Perret-Liaudet 2020, eq. (26) [s³/rad³]; without it the sound has no pressure level.
         whine: level of the whine [dB].
 
     Returns:

@@ -150,7 +150,7 @@ def read_run(path: str | Path) -> Run:
         path: the folder that ``gears3d run`` wrote.
 
     Returns:
-        Its content; ``twin`` is ``None`` when there is none.
+        Its content; ``twin`` is ``None`` without one.
 
     Raises:
         InputError: it is not a run folder, or a file in it cannot be read.

@@ -27,7 +27,7 @@ from gears3d.inputs import read_text as text_of
 DEEPEST = 30  # Files that extend one another
 Override = str | tuple[str, Any]
 Overrides = Iterable[Override] | Mapping[str, Any]
-ROWS = "published.toml"  # published rows beside the scenarios of a paper, read by gears3d.verification.papers
+ROWS = "published.toml"  # published rows in the folder of a paper's scenarios, read by gears3d.verification.papers
 _STEP = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\+|-?[0-9]{1,9})\]")
 
 

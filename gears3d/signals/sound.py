@@ -92,7 +92,7 @@ def normalised(sound: np.ndarray) -> tuple[np.ndarray, float]:
     ([0, -29490, 14745], 0.225)
     """
     loudest = float(np.abs(sound).max()) if sound.size else 0.0
-    factor = PEAK / loudest if loudest >= np.finfo(float).tiny else 0.0  # of less there is no finite one
+    factor = PEAK / loudest if loudest >= np.finfo(float).tiny else 0.0  # of less it is not finite
     return np.rint(sound * factor * 32767).astype(np.int16), factor
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.errors import UsageError
 
-FEWEST = 16  # Samples, and samples per revolution, below which there is no spectrum
+FEWEST = 16  # Samples, and samples per revolution, below which a spectrum is not computed
 MOST_POINTS = 1 << 14  # Points per revolution of a resampled signal at most
 
 

@@ -66,7 +66,7 @@ _ENDINGS = {
     "us": "us",
     "ns": "ns",
 }
-# Field names that structures use for samples, whatever the signal is called.
+# Field names that structures use for samples, independent of the name of the signal.
 _NAMELESS = ("data", "values", "value", "y", "samples")
 # Names that are nothing but a unit.
 _WHOLE = {"rpm": "rpm", "u/min": "rpm", "deg": "deg", "rad": "rad", "rev": "rev", "revs": "rev"}

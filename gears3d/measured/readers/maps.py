@@ -26,7 +26,7 @@ def _ratio(value: Any) -> Any:
         except (ValueError, ZeroDivisionError) as error:
             raise ValueError(f"{value!r} is not a ratio") from error
     if isinstance(value, bool):
-        raise ValueError("is no number")
+        raise ValueError("is not a number")
     return value
 
 
@@ -210,7 +210,7 @@ def _fault(error: Any, file: str) -> Fault:
         known = [field.alias or name for name, field in model.model_fields.items()] + (
             ["record"] if model is RecordMap else []
         )
-        return Fault(key, "is no key of a map", did_you_mean(place[-1], known), file)
+        return Fault(key, "is not a key of a map", did_you_mean(place[-1], known), file)
     context = error.get("ctx", {})
     told = _MENDED.get(kind)
     if told is None:
@@ -298,10 +298,10 @@ def _records(map_file: Path) -> list[dict[str, Any]]:
     if records is None:
         return [document]
     if not isinstance(records, list) or not records or not all(isinstance(each, dict) for each in records):
-        raise InputError(Fault("record", "is no list of tables", "write [[record]]", str(map_file)))
+        raise InputError(Fault("record", "is not a list of tables", "write [[record]]", str(map_file)))
     if "file" in document:
         remedy = "one file at the top, or one in each [[record]]"
-        raise InputError(Fault("file", "stands beside [[record]]", remedy, str(map_file)))
+        raise InputError(Fault("file", "stands in addition to [[record]]", remedy, str(map_file)))
     faults = [
         Fault(f"record[{at}].file", "is missing", 'write file = "..."', str(map_file))
         for at, each in enumerate(records)
@@ -322,7 +322,7 @@ def _document(map_file: Path) -> dict[str, Any]:
         raise InputError(Fault("", f"cannot be read: {error.strerror}", "name a record.toml", file)) from error
     except (ValueError, RecursionError) as error:
         why = " ".join(str(error).split())[:200]
-        raise InputError(Fault("", f"is no TOML: {why}", "text in quotes, tables as [drive]", file)) from error
+        raise InputError(Fault("", f"is not TOML: {why}", "text in quotes, tables as [drive]", file)) from error
     if "format" not in document:
         raise InputError(Fault("format", "is missing", "write format = 1", file))
     return document

@@ -201,7 +201,7 @@ def _restricted(
 ) -> Flanks:
     """Return flanks without the orders that dwelling blocks cannot tell from lower terms.
 
-    What is left near a flank besides contact, such as slow flights, would give these orders some size.
+    Residuals near a flank that are not contact, such as slow flights, would give these orders some size.
     """
     near, side = still[:2]
     if len(near) < 3 * len(terms.prior):

@@ -295,7 +295,7 @@ class Terms(NamedTuple):
 
     @property
     def usual(self) -> np.ndarray:
-        """Size of each column in usual gears in gaps, that of ``prior`` for what is no order, (p,)."""
+        """Size of each column in usual gears in gaps, that of ``prior`` for terms other than orders, (p,)."""
         sizes = self.prior.copy()
         first = 0
         for place, (kind, order) in enumerate(self.kinds):
@@ -461,7 +461,7 @@ class Flanks(NamedTuple):
         return np.sqrt(np.maximum(np.einsum("na,ab,nb->n", columns, self.covariance, columns), 0.0))
 
     def _sides(self, columns: np.ndarray, flank: np.ndarray) -> np.ndarray:
-        """Return columns of the terms with those of the gap beside them, which only the reverse flank has."""
+        """Return columns of the terms and those of the gap, which only the reverse flank has."""
         return columns if self.gap is None else np.hstack([columns, columns * (np.asarray(flank) == 1)[:, None]])
 
     @property
@@ -549,9 +549,9 @@ def _sized(whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.n
     """Return expected sizes, shrunk to the evidence of the places: it limits extrapolation to angles without contact.
 
     First one size for all terms, then one for drift, low and mesh orders each, of the active flank and of the dead
-    band: both flanks of a gear that runs out move alike, so that the dead band need not have what the flank has. The
-    sizes with the greatest evidence are taken, for some hundred places: neighbours are not independent of what the
-    terms leave out.
+    band: both flanks of a gear with run-out move by the same amount, so that the dead band need not have the terms of
+    the flank. The sizes with the greatest evidence are taken, for some hundred places: neighbours are not independent
+    of what the terms leave out.
     """
     some = slice(None, None, max(len(place) // EVIDENCE, 1))
     rows, values, strength = whole[some], place[some], weight[some]

@@ -69,7 +69,7 @@ class Segments(NamedTuple):
             ``start_sigma_s``, ``end_sigma_s``; against the flank ``velocity_m_s`` at the end and ``departure_m_s`` at
             the start, with sigmas; ``blow`` (1 when it began with an impact), ``height_m``, ``deceleration_rad_s2``
             with sigma, ``omega_loose_rad_s`` and ``theta_loose_rad`` at half time, ``slope_1_s`` (change of the
-            deceleration with the loose gear's speed, common to all, 0 where none is seen), ``chi2`` (per
+            deceleration with the loose gear's speed, common to all, 0 where it is not significant), ``chi2`` (per
             degree of freedom), ``readings``, ``testifies`` (1 when it passes the χ² test), each (k,).
         contacts: ``flank``, ``start_s``, ``end_s``, ``duration_s`` with sigma, each (c,).
         impacts: columns of the contract, and ``time_sigma_s``, ``velocity_sigma_m_s``, ``rebound_sigma_m_s``,

@@ -188,7 +188,7 @@ def _size(rig: Rig, effect: Any) -> str:
         names = ("offset", "asymmetry", "standard_deviation", "slope")
         name = next(each for each in names if hasattr(effect, each))
         return f"impact: restitution, {name.replace('_', ' ')} {getattr(effect, name):.2g}"
-    if effect.kind == "tooth_compliance":
+    if "stiffness" in effect.params:
         yielded = rig.drag_torque / rig.base_radius_loose / effect.stiffness
         return f"contact: flanks deform by {1e6 * yielded:.3g} µm under the drag"
     return "flight and impact: paths near a flank"

@@ -388,7 +388,7 @@ def _coordinate(records: Sequence[Evidence], name: str, effect: Any, seen: Sampl
         return Coordinate(words, _teeth(records, effect, seen))
     if kind == "drag_drift":
         return Coordinate("time [s]", seen.time)
-    if kind == "drag_position":
+    if effect.place == "torque" and "order" in effect.params:
         return _folded(seen.loose, order, "loose")
     if kind == "drive_motion":
         cycles = np.array([effect.rows(one.rig)[0].p[1] for one in records])[seen.record] * seen.time

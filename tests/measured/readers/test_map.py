@@ -170,8 +170,8 @@ def test_a_run_down_by_stamps_is_known_at_its_edges(tmp_path):
     ("chart", "message"),
     [
         ("", r"drive: neither drive nor loose gear has a channel .*it has: t, a"),
-        ('[dirve]\nchannel="a"', r"dirve: is no key of a map \(did you mean 'drive'"),
-        ('[drive]\nchannel="a"\nunits="deg"', r"drive.units: is no key of a map \(did you mean 'unit'"),
+        ('[dirve]\nchannel="a"', r"dirve: is not a key of a map \(did you mean 'drive'"),
+        ('[drive]\nchannel="a"\nunits="deg"', r"drive.units: is not a key of a map \(did you mean 'unit'"),
         ('[drive]\nchannel="a"\nsign=2', r"drive.sign: is 2, not 1 or -1"),
         ('[drive]\nchannel="a"\nratio="1/0"', r"drive.ratio: is '1/0'"),
         ('[drive]\nchannel="a"\nratio=-2', r"drive.ratio: is -2, not positive"),
@@ -213,10 +213,10 @@ def test_a_run_down_by_stamps_is_known_at_its_edges(tmp_path):
             '[drive]\nchannel="a"\nunit="rad"\n[time]\nchannel="t"\nunit="s"\nfrom="2 s"\nto="1 s"',
             r"time.from: is '2 s' and time.to '1 s': nothing lies between",
         ),
-        ('file="x"\n[[record]]\nfile="y"', r"file: stands beside \[\[record\]\]"),
+        ('file="x"\n[[record]]\nfile="y"', r"file: stands in addition to \[\[record\]\]"),
         ('[[record]]\ngroup="y"', r"record\[0\].file: is missing"),
-        ("record=[1]", r"record: is no list of tables"),
-        ("[drive", r"is no TOML"),
+        ("record=[1]", r"record: is not a list of tables"),
+        ("[drive", r"is not TOML"),
     ],
 )
 def test_every_fault_of_a_map_names_its_key(chart, message, tmp_path):

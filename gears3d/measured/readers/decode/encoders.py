@@ -264,7 +264,7 @@ def wrapped_angle(angle: np.ndarray, period: float = 2 * pi, channel: str = "") 
     positive(period, "period")
     angle = whole_column(angle, channel, 1)
     if np.ptp(angle) > period * (1.0 + 1e-6):
-        what = f"goes from {angle.min():.6g} to {angle.max():.6g}: it does not begin anew every {period:.6g}"
+        what = f"goes from {angle.min():.6g} to {angle.max():.6g}: it does not restart every {period:.6g}"
         raise refuse(channel, what, "leave the wrapping out, or give its period")
     unwrapped, notes = _unwrapped(angle.astype(float), period, channel, "of the angle's unit")
     return Angle(unwrapped, notes)

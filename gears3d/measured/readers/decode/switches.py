@@ -126,18 +126,20 @@ def whole_column(values: np.ndarray, channel: str, least: int = 2) -> np.ndarray
 
     >>> whole_column(np.array([1.0, np.nan]), "theta")
     Traceback (most recent call last):
-    gears3d.errors.InputError: theta: is no number at row 1 (cut the record there, or leave the row out)
+    gears3d.errors.InputError: theta: is not a number at row 1 (cut the record there, or leave the row out)
     """
     values = np.asarray(values)
     if values.ndim != 1 or values.dtype.kind not in "biuf":
-        raise refuse(channel, f"is no column of numbers but {values.dtype} of shape {values.shape}", "read one column")
+        raise refuse(
+            channel, f"is not a column of numbers but {values.dtype} of shape {values.shape}", "read one column"
+        )
     if len(values) < least:
         raise refuse(channel, f"has {len(values)} rows", f"at least {least} are needed")
     if values.dtype.kind == "f" and not np.isfinite(total := float(np.sum(values, dtype=float))):
         bad = ~np.isfinite(values)
         if bad.any():
             raise refuse(
-                channel, f"is no number at row {int(np.argmax(bad))}", "cut the record there, or leave the row out"
+                channel, f"is not a number at row {int(np.argmax(bad))}", "cut the record there, or leave the row out"
             )
         raise refuse(channel, f"sums up to {total}", "give numbers of the size of a signal")
     return values
@@ -346,7 +348,7 @@ def _refuse_gaps(block: np.ndarray, start: int, channel: str) -> None:
     if block.dtype.kind == "f" and not np.isfinite(block.sum()):
         bad = ~np.isfinite(block)
         row = start + int(np.argmax(bad))
-        raise refuse(channel, f"is no number at row {row}", "cut the record there, or leave the row out")
+        raise refuse(channel, f"is not a number at row {row}", "cut the record there, or leave the row out")
 
 
 def _passed(block: np.ndarray, rest: Levels, state: _State) -> tuple[np.ndarray, np.ndarray, bool | None, _State]:

@@ -64,11 +64,11 @@ def test_large_steps_are_told():
         ([0, 300], {"bits": 8}, "n: is 300 at row 1, outside 0 to 255"),
         ([0, 200], {"bits": 8, "signed": True}, "outside -128 to 127"),
         ([0.0, 1.5], {"bits": 8}, "is 1.5 at row 1, no whole count"),
-        ([0.0, np.nan], {"bits": 8}, "is no number at row 1"),
+        ([0.0, np.nan], {"bits": 8}, "is not a number at row 1"),
         ([0, 1], {}, "give either bits or period"),
         ([0, 1], {"bits": 8, "period": 100}, "give either bits or period"),
         ([0, 1], {"bits": 64}, "a counter has 2 to 53 bits"),
-        (["a", "b"], {"bits": 8}, "is no column of numbers"),
+        (["a", "b"], {"bits": 8}, "is not a column of numbers"),
         ([], {"bits": 8}, "has 0 rows"),
     ],
 )
@@ -88,7 +88,7 @@ def test_wrapped_angles_come_back(period, begin):
 
 
 def test_an_angle_that_goes_on_is_refused_as_wrapped():
-    with pytest.raises(InputError, match=r"goes from 0 to 20: it does not begin anew every 6\.28319"):
+    with pytest.raises(InputError, match=r"goes from 0 to 20: it does not restart every 6\.28319"):
         wrapped_angle(np.linspace(0.0, 20.0, 50), channel="theta")
 
 
@@ -116,7 +116,7 @@ def test_stamps_with_a_sense_of_each_edge():
     ("stamps", "options", "message"),
     [
         ([0.0, 1.0, 0.5], {}, "e: goes back by 0.5 s at row 2"),
-        ([0.0, np.nan, 0.5], {}, "e: is no number at row 1"),
+        ([0.0, np.nan, 0.5], {}, "e: is not a number at row 1"),
         ([np.nan, np.nan], {}, "e: has no stamps"),
         ([1.0, np.nan], {}, "e: has 1 rows"),
         ([0, 1], {"bits": 8}, "of an unknown clock"),

@@ -210,7 +210,7 @@ def test_channels_without_levels_are_refused(voltage, message):
 def test_a_row_that_is_no_number_is_named():
     values = np.tile([0.0, 5.0], 500_000)
     values[700_001] = np.nan
-    with pytest.raises(InputError, match="A: is no number at row 700001"):
+    with pytest.raises(InputError, match="A: is not a number at row 700001"):
         switches(values, Levels(1.0, 4.0, "A"))
 
 
