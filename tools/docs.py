@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import re
 import shutil
@@ -15,8 +16,10 @@ from pathlib import Path
 
 from docs_blocks import FENCE, Block, command, missing
 from docs_effects import draw_effects, effects
+from docs_evidence import evidence
 from docs_laws import laws
-from docs_reference import commands, scenario
+from docs_python import python
+from docs_reference import commands, record_map, scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "build" / "docs" / "source"
@@ -52,11 +55,15 @@ LINES = 40
 def main() -> int:
     """Copy the pages, make the reference, run the blocks, build."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--no-run", action="store_true", help="do not run the blocks; leaves their pictures out")
+    options.add_argument(
+        "--no-run",
+        action="store_true",
+        help="do not run blocks, checks and published rows; leaves their pictures and tables out",
+    )
     options.add_argument("--external", action="store_true", help="follow links to other sites, too")
     options.add_argument("--out", type=Path, default=HTML, help="folder of the site")
     chosen = options.parse_args()
-    gather()
+    gather(run=not chosen.no_run)
     if chosen.no_run:
         for page in RUN:
             text = PICTURE.sub(
@@ -68,6 +75,8 @@ def main() -> int:
             execute(SOURCE / page, languages)
         notebook(SOURCE / NOTEBOOK)
     code = build("html", chosen.out)
+    if code == 0:
+        (chosen.out / "llms.txt").write_text(overview(), encoding="utf-8")
     if code == 0 and chosen.external:
         code = build("linkcheck", ROOT / "build" / "docs" / "links")
     if code == 0:
@@ -75,8 +84,12 @@ def main() -> int:
     return code
 
 
-def gather() -> None:
-    """Copy what is written and write what comes from the code."""
+def gather(run: bool) -> None:
+    """Copy what is written and write what comes from the code.
+
+    Args:
+        run: evaluate published rows and checks, too.
+    """
     shutil.rmtree(SOURCE, ignore_errors=True)
     SOURCE.mkdir(parents=True)
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"):
@@ -88,11 +101,56 @@ def gather() -> None:
             shutil.copy(file, SOURCE)
     reference = SOURCE / "reference"
     reference.mkdir()
-    print("reference: commands, scenario keys, laws, effects", flush=True)
-    pages = {"commands": commands(), "scenario": scenario(), "laws": laws(reference), "effects": effects()}
+    print("reference: commands, scenario keys, record map, laws, effects, Python", flush=True)
+    pages = {
+        "commands": commands(),
+        "scenario": scenario(),
+        "record-map": record_map(),
+        "laws": laws(reference),
+        "effects": effects(),
+        **python(),
+    }
     for name, made in pages.items():
         (reference / f"{name}.md").write_text(made, encoding="utf-8")
     draw_effects(reference)
+    evidence(SOURCE / "evidence", run)
+
+
+def overview() -> str:
+    """Return the list of all pages for programs that read the site: ``llms.txt``, one line a page.
+
+    Its form is that of https://llmstxt.org: a title, a summary, and sections of links.
+    """
+    index = (SOURCE / "index.md").read_text(encoding="utf-8")
+    head = re.search(r"^# (.*)\n+(.+)$", index, re.MULTILINE)
+    assert head, "index.md has no title with a sentence below"
+    lines = [f"# {head[1]}", "", f"> {head[2]}", ""]
+    for tree in re.findall(r"^```\{toctree\}\n(.*?)^```$", index, re.MULTILINE | re.DOTALL):
+        options, _, listed = tree.partition("\n\n")
+        lines += [f"## {options.split(':caption: ')[1].splitlines()[0]}", ""]
+        for entry in listed.split("\n"):
+            name = (re.search(r"<(.+)>", entry) or re.search(r"(.*)", entry))[1].strip()
+            if name:
+                title, sentence = headline(SOURCE / name)
+                lines.append(f"- [{title}]({name}.html): {sentence}" if sentence else f"- [{title}]({name}.html)")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def headline(page: Path) -> tuple[str, str]:
+    """Return title and first sentence of a page, given without its ending."""
+    if not page.with_suffix(".md").exists():
+        cells = json.loads(page.with_suffix(".ipynb").read_text(encoding="utf-8"))["cells"]
+        text = "\n\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
+    else:
+        text = page.with_suffix(".md").read_text(encoding="utf-8")
+    head = re.search(r"^# (.*)$", text, re.MULTILINE)
+    assert head, page
+    paragraphs = re.split(r"\n\s*\n|\n(?=[#`|])", re.sub(r"^```.*?^```$", "", text[head.end() :], flags=re.M | re.S))
+    first = next((one for one in map(str.strip, paragraphs) if re.match(r"[A-Z*`\[]", one)), "")
+    plain = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", " ".join(first.replace("*", "").split()))
+    sentence = re.match(r".*?\.(?=\s|$)", plain)
+    return head[1].replace("`", ""), (sentence[0] if sentence else plain)
 
 
 def notebook(page: Path) -> None:
@@ -184,7 +242,7 @@ def build(kind: str, out: Path) -> int:
         The exit code.
     """
     command = [sys.executable, "-m", "sphinx", "-b", kind, "-n", "-W", "--keep-going", "-q", str(SOURCE), str(out)]
-    return subprocess.run(command, check=False).returncode
+    return subprocess.run(command, env=os.environ | own(), check=False).returncode
 
 
 if __name__ == "__main__":

@@ -75,6 +75,47 @@ def scenario() -> str:
     return "\n\n".join(page) + "\n"
 
 
+def record_map() -> str:
+    """Return the page of all keys of a record map, from its JSON Schema."""
+    from gears3d.measured.readers.map_model import RecordMap
+
+    schema = RecordMap.model_json_schema(by_alias=True)
+    page = [
+        "# Record map",
+        "Keys of `record.toml`, format 1, made from `gears3d.measured.readers.map_model`. "
+        "[Contracts](../docs/contracts.md#measured-record) state how they work together. "
+        "`[[record]]` has a file and every key above, over the common ones.",
+        f"## top level\n\n{map_table(schema, schema)}",
+    ]
+    titles = {"TimeMap": "[time]", "GearMap": "[drive], [loose]", "IndexMap": "index", "ExtraMap": "[extra.NAME]"}
+    for name, node in schema["$defs"].items():
+        title = titles.get(name, f"decode, kind = {name.lower()}")
+        page.append(f"## {title}\n\n{prose(node.get('description', ''))}\n\n{map_table(node, schema)}")
+    return "\n\n".join(page) + "\n"
+
+
+def map_table(node: dict[str, Any], schema: dict[str, Any]) -> str:
+    """Return the keys of one table of a map with what they may hold."""
+    rows = ["| key | value | default |", "|---|---|---|"]
+    for name, one in node["properties"].items():
+        kinds = [kind_of(part) for part in one.get("anyOf", [one]) if part.get("type") != "null"]
+        default = one.get("default")
+        needed = "needed" if name in node.get("required", ()) else ""
+        shown = f"`{default}`" if isinstance(default, str | int | float) and default != "" else needed
+        rows.append(f"| `{name}` | {cell(', '.join(kinds))} | {shown} |")
+    return "\n".join(rows)
+
+
+def kind_of(node: dict[str, Any]) -> str:
+    """Return what a value of the schema may be, in words."""
+    if "$ref" in node or "oneOf" in node or node.get("type") == "object":
+        return "table"
+    for key in ("enum", "const"):
+        if key in node:
+            return ", ".join(f"`{word}`" for word in (node[key] if key == "enum" else [node[key]]))
+    return {"string": "text", "integer": "whole number", "number": "number", "boolean": "true or false"}[node["type"]]
+
+
 def keys(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], dict[str, Any]]]:
     """Yield every key below a node of the schema with its path; tables and lists are gone into."""
     for name, one in node.get("properties", {}).items():

@@ -1,15 +1,23 @@
 """Settings of the documentation site, which tools/docs builds."""
 
+from gears3d.version import __version__
+
 project = "gears3d"
 author = "The gears3d developers"
 project_copyright = author
-extensions = ["myst_nb"]
+version = release = __version__
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+autodoc_typehints = "signature"
+autodoc_member_order = "bysource"
+napoleon_numpy_docstring = False
 nb_execution_mode = "off"  # tools/docs has run the notebook
 html_theme = "furo"
-html_title = "gears3d"
+html_title = f"gears3d {__version__}"
 myst_heading_anchors = 4
 myst_fence_as_directive = ["math"]  # equations as GitHub writes them
 nitpicky = True
+nitpick_ignore_regex = [("py:.*", ".*")]  # types and inner names that docstrings mention have no page
+suppress_warnings = ["ref.python"]  # Run and Flanks: annotations are short, and two packages have a class of that name
 pygments_style = "friendly"
 pygments_dark_style = "monokai"
 highlight_options = {"default": {"stripall": True}}

@@ -106,7 +106,7 @@ def markdown(measured: Measured) -> str:
     from gears3d.version import __version__
 
     about = f"gears3d {__version__}, Python {platform.python_version()}, {platform.machine()}"
-    lines = ["# Validation", "", f"Printed by `gears3d validate --out docs/validation.md` ({about}).", ""]
+    lines = ["# Validation", "", f"Printed by `gears3d validate` ({about}).", ""]
     for title, checks in measured:
         lines += [f"## {title}", "", "| check | measured | bound | |", "|---|---|---|---|"]
         for check in checks:

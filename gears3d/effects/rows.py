@@ -179,7 +179,7 @@ def gap_spring(stiffness: float, damping: float) -> Row:
 def gap_film(
     wedge: float, squeeze: float, rolling_drive: float, rolling_loose: float, minimum: float, felt: float = 0.0
 ) -> Row:
-    """Oil on both flanks: each pushes with wedge·|u|/h - squeeze·min(ḣ, 0)/h^1.5, h the gap but at least ``minimum``.
+    """Oil on both flanks pushes with ``wedge·|u|/h - squeeze·min(ḣ, 0)/h^1.5``, with the gap h, at least ``minimum``.
 
     ``wedge`` in N·s, ``squeeze`` in N·s·m^0.5; u = rolling_drive·ω_drive + rolling_loose·ω_loose, both in m. The flanks
     touch at ``minimum``; a gap of less than ``felt`` counts as an impact or as contact over oil. Gaps are those along

@@ -166,7 +166,7 @@ class HelixSlope:
     Raises:
         InputError: unknown words.
 
-    Source: ISO 1328-1:2013, helix slope deviation; its sign there is that of the change of |β|.
+    Source: ISO 1328-1:2013, helix slope deviation; its sign there is that of the change of ``|β|``.
     """
 
     gear: Literal["drive", "loose"]

@@ -188,7 +188,7 @@ def check_mounting(pair: Meshing, taken: float) -> None:
 
 
 def steepest(pair: Meshing, which: str) -> float:
-    """Return the largest sum of |amplitude|·order² that the flanks of a gear can carry [m].
+    """Return the largest sum of ``|amplitude|·order²`` that the flanks of a gear can carry [m].
 
     The flank must stay convex with a radius of curvature of at least 1/20 of the perfect one's at the lower
     end of its working part, and touch its mate in one point for every angle.

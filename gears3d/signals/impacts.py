@@ -79,7 +79,7 @@ def mass(impacts: Mapping[str, np.ndarray]) -> float | None:
         impacts: with ``velocity_m_s``, ``rebound_m_s``, ``impulse_N_s`` where they are known, (k,).
 
     Returns:
-        m = Σ|I| / Σ|ẋ⁺ − ẋ⁻| over the impacts that rebound [kg]; ``None`` where that is not known. A rebound of
+        ``m = Σ|I| / Σ|ẋ⁺ − ẋ⁻|`` over the impacts that rebound [kg]; ``None`` where that is not known. A rebound of
         exactly 0 is left out: it may stand for one too slow to count.
 
     Source: Kadmiri et al. 2012, eqs (27), (28).

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from typer.main import get_command
 
+import gears3d
 from gears3d import cli, load
 from gears3d.effects import catalogue
 from gears3d.scenario.document import names
@@ -25,7 +26,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 STARTERS = sorted((ROOT / "gears3d" / "scenario" / "starters").glob("*.toml"))
 SCENARIOS = [ROOT / "scenarios" / f"{name}.toml" for name in names()]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
-TOOLS = ("reference", "effects", "laws", "floors")
+TOOLS = ("reference", "effects", "laws", "floors", "python")
 """Those that make pages: tools/docs_reference.py and so on."""
 FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 
@@ -127,6 +128,19 @@ def test_the_reference_has_every_verb_every_effect_every_table(reference):
         assert f"| `{key}` |" in table
 
 
+def test_the_reference_has_every_public_name_and_every_key_of_a_map(reference):
+    pages = reference.python.python()
+    for package in reference.python.PACKAGES:
+        page = pages[reference.python.page_of(package)]
+        assert [name for name, _ in reference.python.names(package) if name not in page] == [], package
+    names = [name for name, _ in reference.python.names("gears3d")]
+    assert set(gears3d.__all__) - set(names) <= {"__version__", "gears", "segment", "measure"}
+    assert "\n## diagnose\n" in pages["python-gears3d"]
+    made = reference.reference.record_map()
+    for key in ("counts_per_revolution", "sample_rate", "hysteresis", "from"):
+        assert f"| `{key}` | " in made
+
+
 def test_no_markup_of_docstrings_shows_in_the_reference(reference):
     for made in (reference.reference.commands(), reference.reference.scenario(), reference.effects.effects()):
         assert not re.search(r":(meth|func|class|data|mod):", made)
@@ -181,6 +195,11 @@ def test_the_site_builds_without_a_warning(tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "WARNING" not in done.stderr
+    listed = (tmp_path / "html" / "llms.txt").read_text(encoding="utf-8")
+    pages = re.findall(r"^- \[[^]]+\]\(([^)]+)\)", listed, re.MULTILINE)
+    assert len(pages) > 25
+    assert [page for page in pages if not (tmp_path / "html" / page).exists()] == []
+    assert gears3d.__version__ in (tmp_path / "html" / "index.html").read_text(encoding="utf-8")
     reference = tmp_path / "html" / "reference"
     assert "camera" in (reference / "commands.html").read_text()
     for page, count in (("laws", 60), ("effects", 20)):

@@ -6,10 +6,13 @@ largest plausible size, which is scanned for the smallest size that gives the pu
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from math import pi
+from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +21,7 @@ import numpy as np
 from gears3d.effects import catalogue
 from gears3d.effects.rows import Code, Gate
 from gears3d.errors import InputError
+from gears3d.files import write_text
 from gears3d.verification.papers.bench import Bench, Case
 from gears3d.verification.papers.evaluations import EVALUATIONS, Cause, Evaluation
 from gears3d.verification.papers.published import file_of, load
@@ -211,23 +215,26 @@ def _torque(rig: Rig, effect: Any, order: str) -> str:
 
 HEAD = """# Open questions of the papers
 
-Printed by `tools/findings`. Published figures that rigid gears do not give. For each: the effects of the catalogue (and
-numbers of the rig) that could have caused it, with the size that it takes, solved for in the rigid model; those that
-cannot, up to the largest plausible size; and where `gears3d diagnose` would show each, how large. *Could* means that
-the figures named at the head of the section are met with one size, not that it was so. A cause that cannot is shown
-with the size that comes nearest, or, where no size comes nearer than no effect at all, with the largest size.
+Made from `scenarios/PAPER/findings.csv`, which `tools/findings` writes, and from `[question]` in `published.toml`.
+Published figures that rigid gears do not give. For each: the effects of the catalogue (and numbers of the rig) that
+could have caused it, with the size, solved for in the rigid model; those that cannot, up to the largest plausible
+size; and the channel in which `gears3d diagnose` would show each. *Could* means that the figures named at the head of
+the section are met with one size, not that this is the cause. A cause that cannot is listed with the size that comes
+nearest, or, where no size comes nearer than no effect, with the largest size.
 """
+COLUMNS: tuple[str, ...] = ("effect", "verdict", "size", "largest_plausible", "values", "also", "shows_in")
 
 
-def page(found: list[tuple[Question, list[Answer]]], bench: Bench) -> str:
-    """Return questions with their answers as a page of the documentation."""
+def page(found: list[tuple[Question, list[dict[str, str]]]]) -> str:
+    """Return questions with the rows of their answers as a page of the site."""
     parts = [HEAD]
-    for question, each in found:
-        parts += [f"## {question.title}\n", _wrapped(question.asks), *table(question, each, bench), ""]
-        parts += [f"- {answer.cause.name}: {answer.cause.note}" for answer in each if answer.cause.note]
+    for question, rows in found:
+        tried = {row["effect"] for row in rows}
+        parts += [f"## {question.title}\n", _wrapped(question.asks), *table(question, rows), ""]
+        parts += [f"- {cause.name}: {cause.note}" for cause in question.causes if cause.note and cause.name in tried]
         if question.left_out:
             parts.append(f"- Not tried: {', '.join(question.left_out)}.")
-        parts += ["", _wrapped(f"**What would decide.** {question.decides}")]
+        parts += ["", _wrapped(f"**Decisive measurement.** {question.decides}")]
     return "\n".join(parts)
 
 
@@ -235,24 +242,51 @@ def _wrapped(text: str) -> str:
     return fill(text, 118, break_long_words=False, break_on_hyphens=False) + "\n"
 
 
-def table(question: Question, each: list[Answer], bench: Bench) -> list[str]:
-    """Return the lines of a question's table, possible causes first."""
-    columns = [question.columns, *filter(None, [question.also_column]), "where a diagnosis shows it"]
-    lines = [
-        f"| effect | verdict | size | largest plausible, why | {' | '.join(columns)} |",
-        "|" + "---|" * (4 + len(columns)),
-    ]
+def table(question: Question, rows: list[dict[str, str]]) -> list[str]:
+    """Return the lines of a question's table."""
+    names = ("effect", "verdict", "size", "largest plausible, why", question.columns, question.also_column, "channel")
+    shown = [(key, name) for key, name in zip(COLUMNS, names, strict=True) if key != "also" or question.also_column]
+    lines = ["| " + " | ".join(name for _, name in shown) + " |", "|" + "---|" * len(shown)]
+    for row in rows:
+        cells = {**row, "verdict": "**could**" if row["verdict"] == "could" else row["verdict"]}
+        lines.append("| " + " | ".join(cells[key] for key, _ in shown) + " |")
+    return lines
+
+
+def rows_of(question: Question, each: list[Answer], bench: Bench) -> list[dict[str, str]]:
+    """Return answers as texts by :data:`COLUMNS`, possible causes first."""
+    rows = []
     for answer in sorted(each, key=lambda one: not one.could):
         cause = answer.cause
         at = f", {answer.phase:.2f} rad" if cause.phases > 1 and answer.size else ""
-        cells = (
+        texts = (
             cause.name,
-            "**could**" if answer.could else "cannot",
+            "could" if answer.could else "cannot",
             f"{answer.nearest:.3g} {cause.unit}{at}",
             f"{cause.bound:.3g}, {cause.because}",
             question.evaluation.text(answer.values),
-            *([answer.also] if question.also_column else []),
+            answer.also if question.also_column else "",
             shown(bench.case(question.scenario), cause, answer.nearest, answer.phase),
         )
-        lines.append("| " + " | ".join(cells) + " |")
-    return lines
+        rows.append(dict(zip(COLUMNS, texts, strict=True)))
+    return rows
+
+
+def recorded(paper: str) -> list[dict[str, str]]:
+    """Return the answers on record to the question of a paper, as texts by :data:`COLUMNS`."""
+    with record_of(paper).open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def record(paper: str, rows: list[dict[str, str]]) -> Path:
+    """Write answers to the file of a paper and return it."""
+    text = io.StringIO(newline="")
+    written = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    written.writeheader()
+    written.writerows(rows)
+    return write_text(record_of(paper), text.getvalue())
+
+
+def record_of(paper: str) -> Path:
+    """Return the file of the answers on record, beside the published rows of a paper."""
+    return file_of(paper).with_name("findings.csv")

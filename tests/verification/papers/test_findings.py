@@ -2,18 +2,16 @@
 
 import math
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gears3d.effects import catalogue
 from gears3d.verification.papers import Bench, hold, paper
-from gears3d.verification.papers.findings import QUESTIONS, answer, question, solve, table
+from gears3d.verification.papers.findings import QUESTIONS, answer, page, question, recorded, rows_of, solve
 
-PAGE = (Path(__file__).resolve().parents[3] / "docs" / "findings.md").read_text()
 BY_DEFAULT = ("drive_motion", "drag_coulomb", "drag_position", "inertia", "backlash_variation")
-"""Causes whose row of the page is tested by default: those that other tests find by other ways, and a null."""
+"""Causes whose row on record is tested by default: those that other tests find by other ways, and a null."""
 
 
 @pytest.fixture(scope="module")
@@ -45,14 +43,23 @@ def listed(names):
 
 
 @pytest.mark.parametrize(("name", "which"), [*listed(QUESTIONS)])
-def test_the_page_says_what_comes_out(bench, answered, name, which):
+def test_the_answer_on_record_is_what_comes_out(bench, answered, name, which):
     asked = question(name)
     found = answered(name, asked.causes[which].name)
-    line = table(asked, [found], bench)[-1]
-    assert line.split(" | ")[:3] == next(
-        each.split(" | ")[:3] for each in PAGE.splitlines() if each.startswith(f"| {found.cause.name} | ")
-        and asked.evaluation.text(found.values) in each
-    )  # fmt: skip
+    (row,) = rows_of(asked, [found], bench)
+    kept = [one for one in recorded(name) if (one["effect"], one["values"]) == (row["effect"], row["values"])]
+    assert [(one["verdict"], one["size"]) for one in kept] == [(row["verdict"], row["size"])]
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_every_cause_is_on_record_and_on_the_page(name):
+    asked, rows = question(name), recorded(name)
+    assert sorted(row["effect"] for row in rows) == sorted(cause.name for cause in asked.causes)
+    lines = page([(asked, rows)]).splitlines()
+    for row in rows:
+        line = next(one for one in lines if one.startswith(f"| {row['effect']} | ") and row["values"] in one)
+        assert row["size"] in line
+        assert ("**could**" in line) == (row["verdict"] == "could")
 
 
 @pytest.mark.parametrize("name", QUESTIONS)
