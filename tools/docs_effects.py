@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from gears3d import load
 from gears3d.effects import Code, Flank, Row, catalogue
 from gears3d.effects.rows import torque_constant
+from gears3d.effects.support import TAKEN, models_of
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.torques import FREE, ON_ACTIVE, friction, resisting, torque_table
 from gears3d.gears import quasi_static
@@ -59,16 +60,29 @@ BESIDE = {"mesh_friction": [SPRING]}
 """What else is in the scenario, with and without the effect."""
 
 
+def support() -> str:
+    """Return the table of the models in which each effect acts; `native` is Bullet's own contact."""
+    base = load(BASE, MILD)
+    rig = base.rig()
+    lines = [f"| effect | {' | '.join(TAKEN)} |", "|---|" + "---|" * len(TAKEN)]
+    for kind in sorted(catalogue()):
+        effect = base.with_({"effect": [{"kind": kind, **EXAMPLES[kind]}]}).effects[-1]
+        acts = models_of(effect, rig)
+        lines.append(f"| `{kind}` | {' | '.join('yes' if model in acts else 'no' for model in TAKEN)} |")
+    return "\n".join(lines)
+
+
 def effects() -> str:
     """Return the page of all effects: what each is, where it acts, its source and its parameters."""
     page = [
         "# Effects",
         "Made from `gears3d.effects`. An effect is one physical cause; it is appended to a scenario as `[[effect]]` "
-        "and acts in the engine and in the twin. Parameters without a default must be given. Each picture shows the "
+        "and acts in the models of the table. Parameters without a default must be given. Each picture shows the "
         "law and what it does to the same gear: `scenarios/rigaud-2020/fig5-20rpm.toml` with a swing of 5 rpm and a "
         "restitution of 0.5, and what stands above the picture appended; drawn by the twin when this site is built "
         "(`tools/docs`).",
     ]
+    page.append(f"## models\n\n{support()}")
     known = sorted(catalogue().items(), key=lambda one: (one[1].place, one[0]))
     place = ""
     for kind, effect in known:

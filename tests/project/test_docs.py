@@ -187,6 +187,17 @@ def test_the_picture_of_the_floors_is_that_of_the_contract(reference):
     assert [room for room in rooms if re.sub(r"\W", "", reference.floors.purpose(room)) not in shown] == []
 
 
+def test_the_page_of_result_files_names_what_a_run_writes():
+    text = (ROOT / "docs" / "reference" / "results.md").read_text(encoding="utf-8")
+    words = set(re.findall(r"`([\w.]+)`", text))
+    endings = tuple(word[3:] for word in words if word.startswith("..."))
+    run = gears3d.simulate(load("rigaud-2020/fig5-20rpm", {"run.duration": "2 s"}), model="rigid")
+    names = [*run.signals, *run.impacts, *gears3d.describe(run)]
+    assert len(names) > 50
+    plain = [name.replace("reverse_", "active_") for name in names if name != "reverse_share"]
+    assert [name for name in plain if name not in words and not name.endswith(endings)] == []
+
+
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
     pytest.importorskip("sphinx")

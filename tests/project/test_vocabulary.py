@@ -18,6 +18,7 @@ CHECKED = [
     "docs/evidence",
     "docs/reference",
     "docs/dev",
+    "docs/contracts.md",
     "gears3d/views",
     "README.md",
     "gears3d/cli",

@@ -1,8 +1,8 @@
 """Which effect acts in which model: the one table against short runs, messages and the documentation."""
 
+import importlib
 import json
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -111,16 +111,16 @@ def test_check_lists_what_a_model_does_not_take(model, kind, tmp_path, capsys):
     assert told["remedy"] == f"leave it out, or run it with --model {ways}"
 
 
-def test_the_documentation_has_the_table():
-    lines = Path("docs/contracts.md").read_text(encoding="utf-8").splitlines()
+def test_the_documentation_has_the_table(monkeypatch):
+    monkeypatch.syspath_prepend("tools")
+    lines = importlib.import_module("docs_effects").effects().splitlines()
     start = lines.index(HEAD)
     table = {}
     for line in lines[start + 2 :]:
         if not line.startswith("|"):
             break
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        for kind in cells[0].replace("`", "").split(", "):
-            table[kind] = tuple(model for model, mark in zip(TAKEN, cells[1:], strict=True) if mark == "yes")
+        kind, *marks = (cell.strip() for cell in line.strip("|").split("|"))
+        table[kind.strip("`")] = tuple(model for model, mark in zip(TAKEN, marks, strict=True) if mark == "yes")
     rig = load(FILE).rig()
     effects = {kind: scenario("rigid", kind).effects[-1] for kind in EXAMPLES}
     assert table == {kind: models_of(effect, rig) for kind, effect in effects.items()}
