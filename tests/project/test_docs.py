@@ -2,6 +2,7 @@
 
 import html
 import importlib
+import importlib.util
 import inspect
 import re
 import shlex
@@ -26,7 +27,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 STARTERS = sorted((ROOT / "gears3d" / "scenario" / "starters").glob("*.toml"))
 SCENARIOS = [ROOT / "scenarios" / f"{name}.toml" for name in names()]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
-TOOLS = ("reference", "effects", "laws", "floors", "python")
+TOOLS = ("reference", "effects", "laws", "layers", "python")
 """Those that make pages: tools/docs_reference.py and so on."""
 FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 
@@ -176,15 +177,30 @@ def test_every_effect_has_a_source_an_example_and_a_picture(reference):
         assert f"]({tool.picture(kind)})" in part
 
 
-def test_the_picture_of_the_floors_is_that_of_the_contract(reference):
+def test_the_picture_of_the_layers_is_that_of_the_contract(reference):
     found = [
-        html.unescape(words) for words in re.findall(r"<text[^>]*>([^<]*)</text>", reference.floors.PICTURE.read_text())
+        html.unescape(words) for words in re.findall(r"<text[^>]*>([^<]*)</text>", reference.layers.PICTURE.read_text())
     ]
-    rooms = [room for floor in reference.floors.floors() for room in floor]
-    assert [words for words in found if words in rooms] == rooms
+    packages = [package for layer in reference.layers.layers() for package in layer]
+    assert [words for words in found if words in packages] == packages
     said = " ".join(found)
     shown = re.sub(r"\W", "", said)
-    assert [room for room in rooms if re.sub(r"\W", "", reference.floors.purpose(room)) not in shown] == []
+    assert [package for package in packages if re.sub(r"\W", "", reference.layers.purpose(package)) not in shown] == []
+
+
+def test_the_architecture_names_what_there_is():
+    text = FENCED.sub("", (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
+    packages = {path.stem for path in (ROOT / "gears3d").iterdir()}
+    named = sorted({name for name in re.findall(r"`([a-z_]\w*(?:\.\w+)+)`", text) if name.split(".")[0] in packages})
+    assert len(named) > 40
+    for name in named:
+        home, _, last = f"gears3d.{name}".rpartition(".")
+        found = importlib.import_module(home)
+        assert hasattr(found, last) or importlib.util.find_spec(f"{home}.{last}"), name
+    steps = re.findall(r"^\d+\. (.*)$", text, re.MULTILINE)
+    assert len(steps) == 10
+    for name in re.findall(r"`(\w+)`", " ".join(steps)):
+        assert importlib.util.find_spec(f"gears3d.diagnosis.{name}"), name
 
 
 def test_the_page_of_result_files_names_what_a_run_writes():

@@ -19,6 +19,7 @@ CHECKED = [
     "docs/reference",
     "docs/dev",
     "docs/contracts.md",
+    "docs/architecture.md",
     "gears3d/views",
     "README.md",
     "gears3d/cli",

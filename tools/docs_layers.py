@@ -1,6 +1,6 @@
 """Draws the layers of packages from the import contract of pyproject.toml and the first line of every package.
 
-`python tools/docs_floors.py` writes docs/pictures/floors.svg, which docs/architecture.md shows.
+`python tools/docs_layers.py` writes docs/pictures/layers.svg, which docs/architecture.md shows.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 
 ROOT = Path(__file__).resolve().parents[1]
-PICTURE = ROOT / "docs" / "pictures" / "floors.svg"
+PICTURE = ROOT / "docs" / "pictures" / "layers.svg"
 # of the picture, of a layer and between packages; a line of small print is one high
 WIDTH, HEIGHT, GAP = 100.0, 4.0, 0.6
 LETTER = 0.6  # width of a letter of the small print
@@ -26,7 +26,7 @@ KINDS = {"top": ("cli", "views", "verification"), "source": ("engine", "lumped",
 GROUND = ("units", "files", "errors", "kernels", "notebook", "records", "version", "renamed")
 
 
-def floors() -> list[list[str]]:
+def layers() -> list[list[str]]:
     """Return the packages of every layer from the top down, as the contract of import-linter has them."""
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
     layers = next(one["layers"] for one in contracts if one["type"] == "layers")
@@ -45,8 +45,8 @@ def purpose(package: str) -> str:
 def picture() -> None:
     """Write the picture."""
     mpl.rcParams["svg.fonttype"] = "none"
-    mpl.rcParams["svg.hashsalt"] = "floors"
-    stack = floors()
+    mpl.rcParams["svg.hashsalt"] = "layers"
+    stack = layers()
     heights = [max(_height(package, WIDTH / len(layer)) for package in layer) for layer in stack]
     total = sum(heights) + GAP * len(stack)
     figure = canvas(11.0, 11.0 * total / WIDTH * 0.95)
