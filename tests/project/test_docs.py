@@ -214,6 +214,14 @@ def test_the_page_of_result_files_names_what_a_run_writes():
     assert [name for name in plain if name not in words and not name.endswith(endings)] == []
 
 
+def test_the_page_of_errors_has_every_note_of_a_diagnosis():
+    text = (ROOT / "docs" / "reference" / "errors.md").read_text(encoding="utf-8")
+    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "gears3d" / "diagnosis").glob("*.py"))
+    kinds = set(re.findall(r"\bNote\(\s*\"([a-z-]+)\"", sources))
+    assert len(kinds) > 15
+    assert [kind for kind in sorted(kinds) if f"`{kind}`" not in text] == []
+
+
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
     pytest.importorskip("sphinx")

@@ -1,16 +1,17 @@
-"""Texts for users follow the table of replacements in docs/glossary.md."""
+"""Texts for users have no phrase of vocabulary.toml, whose replacements are terms of docs/glossary.md."""
 
 import ast
 import io
 import re
 import tokenize
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-GLOSSARY = ROOT / "docs" / "glossary.md"
+TABLE = tomllib.loads((Path(__file__).parent / "vocabulary.toml").read_text(encoding="utf-8"))
 CHECKED = [
     "CONTRIBUTING.md",
     "docs/start",
@@ -20,6 +21,7 @@ CHECKED = [
     "docs/dev",
     "docs/contracts.md",
     "docs/architecture.md",
+    "docs/glossary.md",
     "gears3d/views",
     "README.md",
     "gears3d/cli",
@@ -29,13 +31,7 @@ READ = {".py", ".md", ".j2", ".js"}
 CODE = re.compile(r"``[^`]*``|`[^`]*`|:\w+:`[^`]*`")
 
 
-def replacements(text: str) -> dict[str, str]:
-    """Return phrase and replacement, from the last table of the glossary."""
-    rows = re.findall(r"^\| (.+?) \| (.+?) \|$", text.split("\n## Replacements\n")[1], re.MULTILINE)[1:]
-    return {phrase.strip(): right for left, right in rows for phrase in left.split(",")}
-
-
-REPLACE = replacements(GLOSSARY.read_text(encoding="utf-8"))
+REPLACE = {phrase.strip(): right for left, right in TABLE.items() for phrase in left.split(",")}
 PATTERN = re.compile(
     r"(?<![\w-])(" + "|".join(sorted(map(re.escape, REPLACE), key=len, reverse=True)) + r")(?![\w-])", re.IGNORECASE
 )
@@ -125,8 +121,5 @@ def test_the_check_finds_prose_and_skips_code(suffix, text, expected):
 
 
 def test_every_phrase_has_one_replacement():
-    rows = re.findall(
-        r"^\| (.+?) \|", GLOSSARY.read_text(encoding="utf-8").split("\n## Replacements\n")[1], re.MULTILINE
-    )
-    phrases = [phrase.strip() for row in rows[1:] for phrase in row.split(",")]
+    phrases = [phrase.strip() for left in TABLE for phrase in left.split(",")]
     assert len(phrases) == len(set(phrases)) == len(REPLACE) > 100
