@@ -14,6 +14,7 @@ from typing import Any
 from gears3d.files import write_text
 from gears3d.verification.papers.findings import QUESTIONS, page, question, record_of, recorded
 
+ROOT = Path(__file__).resolve().parents[1]
 VALUES = ["published", "computed", "tolerance", "unit"]
 ROWS = ["paper", "figure", "quantity", *VALUES, "basis", "model", "verdict", "note"]
 CHECKS = ["chapter", "name", "value", "bound", "unit", "at_least", "holds"]
@@ -41,10 +42,14 @@ def published(folder: Path) -> str:
     with tempfile.TemporaryDirectory() as scratch:
         printed("papers", "--json", "--out", scratch)
         rows = json.loads((Path(scratch) / "papers.json").read_text(encoding="utf-8"))
-        page = (Path(scratch) / "papers.html").read_text(encoding="utf-8")
-    write_text(folder / "published-rows.html", page)
+        figures = (Path(scratch) / "papers.html").read_text(encoding="utf-8")
+    write_text(folder / "published-rows.html", figures)
     agree = sum(row["verdict"] == "agrees" for row in rows)
-    counted = f"{len(rows)} rows: {agree} agree, {len(rows) - agree} disagree"
+    differ = len(rows) - agree
+    stated(
+        f"{agree} of {len(rows)} agree", f"{agree} of {len(rows)} published values and trends agree, {differ} disagree"
+    )
+    counted = f"{len(rows)} rows: {agree} agree, {differ} disagree"
     more = ", {download}`page with figures <published-rows.html>`"
     return f"{saved(folder, 'published-rows', ROWS, rows, 'Published values', 'gears3d papers', counted)}{more}"
 
@@ -52,6 +57,7 @@ def published(folder: Path) -> str:
 def checks(folder: Path) -> str:
     """Run the checks and return the line of the list."""
     rows = json.loads(printed("validate", "--json"))
+    stated(f"{len(rows)} checks hold", f"{len(rows)} of {len(rows)} checks hold")
     counted = f"{len(rows)} checks: {sum(row['holds'] for row in rows)} hold"
     return saved(folder, "checks", CHECKS, rows, "Verification", "gears3d validate", counted)
 
@@ -89,3 +95,16 @@ def printed(*words: str) -> str:
         print(f"FAIL  gears3d {' '.join(words)} ended with {done.returncode}\n{done.stdout}{done.stderr}")
         raise SystemExit(1)
     return done.stdout
+
+
+def stated(*sentences: str) -> None:
+    """Compare counts with those that the page of evidence and the readme state.
+
+    Raises:
+        SystemExit: one of them states other counts.
+    """
+    for file in (ROOT / "docs" / "evidence" / "index.md", ROOT / "README.md"):
+        text = file.read_text(encoding="utf-8")
+        if not any(sentence in text for sentence in sentences):
+            print(f"FAIL  {file.name} does not state: {' or '.join(sentences)}")
+            raise SystemExit(1)

@@ -20,6 +20,7 @@ import gears3d
 from gears3d import cli, load
 from gears3d.effects import catalogue
 from gears3d.scenario.document import names
+from gears3d.verification.papers import papers
 from gears3d.views.pages.terms import TERMS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -212,6 +213,17 @@ def test_the_page_of_result_files_names_what_a_run_writes():
     assert len(names) > 50
     plain = [name.replace("reverse_", "active_") for name in names if name != "reverse_share"]
     assert [name for name in plain if name not in words and not name.endswith(endings)] == []
+
+
+def test_the_page_of_evidence_counts_the_published_rows():
+    text = (ROOT / "docs" / "evidence" / "index.md").read_text(encoding="utf-8")
+    verdicts = [[claim.recorded for claim in paper.claims] for paper in papers()]
+    for each in verdicts:
+        agree = each.count("agrees")
+        assert re.search(rf"^\| [^|]+ \| {len(each)} \| {agree} \| {len(each) - agree}: ", text, re.MULTILINE)
+    every = [verdict for each in verdicts for verdict in each]
+    agree = every.count("agrees")
+    assert f"{agree} of {len(every)} published values and trends agree, {len(every) - agree} disagree" in text
 
 
 def test_the_page_of_errors_has_every_note_of_a_diagnosis():
