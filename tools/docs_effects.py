@@ -77,10 +77,10 @@ def effects() -> str:
     page = [
         "# Effects",
         "Made from `gears3d.effects`. An effect is one physical cause; it is appended to a scenario as `[[effect]]` "
-        "and acts in the models of the table. Parameters without a default must be given. Each picture shows the "
-        "law and what it does to the same gear: `scenarios/rigaud-2020/fig5-20rpm.toml` with a swing of 5 rpm and a "
-        "restitution of 0.5, and what stands above the picture appended; drawn by the twin when this site is built "
-        "(`tools/docs`).",
+        "and acts in the models of the table. Parameters without a default are required. Each picture shows the law "
+        "and its consequence for the same gear: `rigaud-2020/fig5-20rpm` with a speed fluctuation of 5 rpm and a "
+        "restitution of 0.5, with and without the lines above the picture; drawn by the rigid model when this site is "
+        "built (`tools/docs`).",
     ]
     page.append(f"## models\n\n{support()}")
     known = sorted(catalogue().items(), key=lambda one: (one[1].place, one[0]))
@@ -103,7 +103,7 @@ def effects() -> str:
         page.append(f"```toml\n{toml(kind)}\n```")
         if kind in BESIDE:
             others = " and ".join(f"`{one['kind']}`" for one in BESIDE[kind])
-            page.append(f"In the picture {others} is there with it and without.")
+            page.append(f"In the picture {others} acts in both curves.")
         page.append(f"![Law of {kind.replace('_', ' ')}, and the displacement with it and without]({picture(kind)})")
         page.append("| parameter | what it is | given as | default |\n|---|---|---|---|\n" + "\n".join(rows))
     return "\n\n".join(page) + "\n"

@@ -25,7 +25,7 @@ def laws(folder: Path) -> str:
     """
     page = [
         "# Laws in closed form",
-        "Made from `gears3d.laws`, one function an equation. Quantities are in SI units; the pictures are drawn by the "
+        "Made from `gears3d.laws`, one function per equation. Quantities are in SI units; pictures are drawn by the "
         "functions themselves when this site is built (`tools/docs`).",
     ]
     for name, module in modules():

@@ -19,6 +19,8 @@ from typer.main import get_command
 import gears3d
 from gears3d import cli, load
 from gears3d.effects import catalogue
+from gears3d.errors import InputError
+from gears3d.identify import read_campaign
 from gears3d.scenario.document import names
 from gears3d.verification.papers import papers
 from gears3d.views.pages.terms import TERMS
@@ -213,6 +215,17 @@ def test_the_page_of_result_files_names_what_a_run_writes():
     assert len(names) > 50
     plain = [name.replace("reverse_", "active_") for name in names if name != "reverse_share"]
     assert [name for name in plain if name not in words and not name.endswith(endings)] == []
+
+
+def test_the_examples_of_the_contracts_are_valid(tmp_path):
+    text = (ROOT / "docs" / "contracts.md").read_text(encoding="utf-8")
+    scenario, campaign = re.findall(r"^```toml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    assert load(scenario).effects[0].kind == "transmission_error"
+    file = tmp_path / "campaign.toml"
+    file.write_text(campaign, encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        read_campaign(file)
+    assert all("is not there" in fault.message for fault in refused.value.faults)  # its records
 
 
 def test_the_page_of_evidence_counts_the_published_rows():
