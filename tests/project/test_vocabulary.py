@@ -16,6 +16,7 @@ CHECKED = [
     "CONTRIBUTING.md",
     "docs/start",
     "docs/howto",
+    "docs/theory",
     "docs/evidence",
     "docs/reference",
     "docs/dev",
