@@ -50,6 +50,8 @@ PICTURE = re.compile(r"!\[[^]]*\]\(made/[^)]*\)")
 """A picture that a block makes."""
 LINES = 40
 """Of what a block prints, shown below it."""
+COLUMNS = 4
+"""Of the table of thumbnails."""
 
 
 def main() -> int:
@@ -73,6 +75,7 @@ def main() -> int:
     else:
         for page, languages in RUN.items():
             execute(SOURCE / page, languages)
+        thumbnails(SOURCE / "gallery.md")
         notebook(SOURCE / NOTEBOOK)
     code = build("html", chosen.out)
     if code == 0:
@@ -173,6 +176,25 @@ def notebook(page: Path) -> None:
             print(f"FAIL  {page.name}: {error}")
             raise SystemExit(1) from None
     nbformat.write(cells, page)
+
+
+def thumbnails(page: Path) -> None:
+    """Put a table of small pictures, each a link to its section, below the first paragraph of a page."""
+    text = page.read_text(encoding="utf-8")
+    head, *sections = re.split(r"^## ", text, flags=re.MULTILINE)
+    cells = []
+    for section in sections:
+        title, picture = section.splitlines()[0], re.search(r"!\[([^]]*)\]\((made/[^)]*)\)", section)
+        if picture:
+            anchor = re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+            cells.append((f"[{title}](#{anchor})", f"[![{picture[1]}]({picture[2]}){{width=180px}}](#{anchor})"))
+    rows = [cells[k : k + COLUMNS] for k in range(0, len(cells), COLUMNS)]
+    table = [[one for _, one in row] + [""] * (COLUMNS - len(row)) for row in rows]
+    names = [[one for one, _ in row] + [""] * (COLUMNS - len(row)) for row in rows]
+    lines = [" | ".join(line) for pair in zip(names, table, strict=True) for line in pair]
+    lines.insert(1, "|".join(["---"] * COLUMNS))
+    grid = "\n".join(f"| {line} |" for line in lines)
+    page.write_text("## ".join([f"{head}{grid}\n\n", *sections]), encoding="utf-8")
 
 
 @contextmanager

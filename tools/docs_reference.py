@@ -166,7 +166,8 @@ def prose(text: str) -> str:
 def source(text: str) -> str:
     """Return where a docstring says that its equation comes from, "" where it does not."""
     found = re.search(r"\bSource: ([^\n]*(?:\n[^\n]+)*)", text)
-    return " ".join(_plain(found.group(1)).split()) if found else ""
+    origin = " ".join(_plain(found.group(1)).split()) if found else ""
+    return re.sub(r"docs/theory/(\w+)\.md", r"[\1](../docs/theory/\1.md)", origin)
 
 
 def cell(text: str) -> str:

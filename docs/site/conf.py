@@ -1,5 +1,8 @@
 """Settings of the documentation site, which tools/docs builds."""
 
+import re
+from typing import Any
+
 from gears3d.version import __version__
 
 project = "gears3d"
@@ -14,6 +17,7 @@ nb_execution_mode = "off"  # tools/docs has run the notebook
 html_theme = "furo"
 html_title = f"gears3d {__version__}"
 myst_heading_anchors = 4
+myst_enable_extensions = ["attrs_inline"]  # width of a thumbnail
 myst_fence_as_directive = ["math"]  # equations as GitHub writes them
 nitpicky = True
 nitpick_ignore_regex = [("py:.*", ".*")]  # types and inner names that docstrings mention have no page
@@ -22,3 +26,13 @@ pygments_style = "friendly"
 pygments_dark_style = "monokai"
 highlight_options = {"default": {"stripall": True}}
 linkcheck_timeout = 20
+
+
+def link_theory(_app: Any, _what: str, _name: str, _value: Any, _options: Any, lines: list[str]) -> None:
+    """Turn the page of theory that a docstring names into a link."""
+    lines[:] = [re.sub(r"docs/(theory/\w+)\.md", r":doc:`/docs/\1`", line) for line in lines]
+
+
+def setup(app: Any) -> None:
+    """Register what autodoc calls for each docstring."""
+    app.connect("autodoc-process-docstring", link_theory)

@@ -168,7 +168,7 @@ def diagnose(
     Raises:
         InputError: a record cannot be read or measured, or is missing.
 
-    Theory: docs/theory/diagnosis.md.
+    Theory: docs/theory/diagnosis.md, equations (1), (3).
     """
     admitted, bench = _opened(records, rig, stated_motion)
     found = _diagnosed(admitted, bench, progress or (lambda doing, part: None), bodies, runs)

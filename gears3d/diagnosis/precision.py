@@ -72,7 +72,7 @@ def covariance(records: Sequence[Evidence], causes: Sequence[Cause]) -> Array:
     correlated over sixteenths, quarters or the whole of records.
 
     Source: Liang and Zeger 1986, theorem 1, for correlated errors.
-    Theory: docs/theory/uncertainty.md.
+    Theory: docs/theory/uncertainty.md, equation (1).
     """
     units = np.concatenate([cause.units for cause in causes])
     return combined([information(one, causes) for one in records]) * np.outer(units, units)

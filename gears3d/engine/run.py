@@ -126,6 +126,8 @@ def simulate(
         InputError: gears that cannot be made, or what this engine or Bullet's own contact cannot do.
         EngineError: jammed gears, teeth that overlap, a raw gap outside the hull budget, a state that is
             not a number; its ``partial`` is the recording up to that instant, with ``meta["stopped_by"]``.
+
+    Theory: docs/theory/engine.md, equations (1), (2).
     """
     check_contact(contact)
     asked = Asked(scenario, pair, contact, progress, step, path)

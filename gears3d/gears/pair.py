@@ -65,6 +65,7 @@ class Pair(Meshing):
             InputError: the backlash is negative or the gears do not mesh.
 
         Source: ISO 21771:2007, cylindrical gear pairs: both tooth thicknesses and the backlash make up the pitch.
+        Theory: docs/theory/geometry.md, equation (3).
         """
         _check_same_rack(drive, loose)
         if not backlash >= 0.0:

@@ -47,7 +47,7 @@ def identify_coastdown(
         UsageError: the law is unknown.
 
     Source: Kadmiri et al. 2012, eqs (4)-(7); Rigaud & Perret-Liaudet 2020, section 3; Ottewill et al. 2010, (14)-(16).
-    Theory: docs/theory/identification.md.
+    Theory: docs/theory/identification.md, equation (1).
 
     >>> import numpy as np
     >>> from gears3d.identify import make_track

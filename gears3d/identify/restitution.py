@@ -151,6 +151,7 @@ def identify_restitution(measured: Sequence[Measured], rig: Rig) -> Identified:
         InputError: the records show too few rebounds.
 
     Source: Kadmiri et al. 2012, eq. (3) and fig. 7; Rigaud & Perret-Liaudet 2020, eq. (16).
+    Theory: docs/theory/identification.md, equation (2).
     """
     every, left_out = _believed(measured, pairs_of(measured, rig))
     chosen = within_sight(every)

@@ -47,6 +47,7 @@ def identify_transmission_error(records: Sequence[Admitted]) -> Identified:
         InputError: no rig, or no contact.
 
     Source: Rigaud & Perret-Liaudet 2020, section 3, fig. 2; Ottewill et al. 2010, eq. (11).
+    Theory: docs/theory/identification.md, equation (3).
 
     >>> from gears3d.measured.checks import Admitted
     >>> from gears3d.measured.readers import Channels
@@ -171,6 +172,7 @@ def identify_backlash(records: Sequence[Admitted]) -> Identified:
         InputError: no rig, or one of the flanks was not seen in any of the records.
 
     Source: Rigaud & Perret-Liaudet 2020, section 3, fig. 2.
+    Theory: docs/theory/identification.md, equation (3).
 
     >>> from gears3d.measured.checks import Admitted
     >>> from gears3d.measured.readers import Channels

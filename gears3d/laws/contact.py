@@ -31,6 +31,7 @@ def drag_force(torque: ArrayLike, base_radius: float) -> np.ndarray:
     """Return the drag as a force along the line of action, F = C/Rb2.
 
     Source: Kadmiri et al. 2012, eq. (17).
+    Theory: docs/theory/rattle.md, equation (1).
 
     Args:
         torque: C, on the loose gear [N·m].
@@ -49,6 +50,7 @@ def equivalent_mass(inertia: float, base_radius: float) -> float:
     """Return the loose gear's mass along the line of action, m = Ig/Rb2².
 
     Source: Kadmiri et al. 2012, eq. (16).
+    Theory: docs/theory/rattle.md, equation (1).
 
     Args:
         inertia: Ig [kg·m²].
@@ -67,6 +69,7 @@ def reaction(
 
     The active flank (without j̈) holds while R > 0, the reverse flank while R < 0. Source: Kadmiri et al. 2012,
     eqs (21) and (22); the print of (22) has no j̈, which is right for a constant backlash only.
+    Theory: docs/theory/rattle.md, equation (2).
 
     Args:
         force: F, of the drag [N].
@@ -88,6 +91,7 @@ def impulse(mass: float, velocity: ArrayLike, coefficient: ArrayLike) -> np.ndar
     """Return the impulse on the loose gear, I = −m·(1 + e)·ṡ⁻: positive on the active flank.
 
     Source: Kadmiri et al. 2012, eqs (27) and (28).
+    Theory: docs/theory/contact.md, equation (1).
 
     Args:
         mass: m [kg].
@@ -136,6 +140,7 @@ def restitution(
 
     Constant with ``base`` alone. Impacts on the active flank have a negative velocity, the reverse one with a positive.
     Source: Kadmiri et al. 2012, eqs (3), (19), (20) and fig. 7: linear in the speed, with a normal scatter.
+    Theory: docs/theory/contact.md, equation (2).
 
     Args:
         base: e0.

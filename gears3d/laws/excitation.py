@@ -15,6 +15,7 @@ def excitation(mass: float, stroke: float, omega: float, force: float) -> float:
     """Return Λ = m·H·ω²/F = J·ω·ΔΩ·(Rb1/Rb2)/Td: contact of rigid teeth is lost above 1; infinite without drag.
 
     Source: Kadmiri et al. 2012, eq. (24); Rigaud & Perret-Liaudet 2020, eqs (7), (8).
+    Theory: docs/theory/rattle.md, equation (3).
 
     Args:
         mass: m [kg].

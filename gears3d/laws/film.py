@@ -167,6 +167,7 @@ def wedge(thickness: Any, length: float, viscosity: float, radius: float) -> Any
         radius: equivalent [m].
 
     Source: the lubricated dual-clutch transmission, eq. (12).
+    Theory: docs/theory/contact.md, equation (4).
 
     >>> round(float(wedge(1e-6, 0.0245, 0.01, 8e-3)), 9)
     3.92
@@ -186,6 +187,7 @@ def squeeze(thickness: Any, length: float, viscosity: float, radius: float) -> A
         radius: equivalent [m].
 
     Source: the lubricated dual-clutch transmission, eq. (12).
+    Theory: docs/theory/contact.md, equation (4).
 
     >>> round(float(squeeze(1e-6, 0.1, 0.01, 1e-4)), 9)
     6.664324407
@@ -208,6 +210,7 @@ def film_force(
         minimum: thickness that the roughness leaves [m].
 
     Source: the lubricated dual-clutch transmission, eq. (11).
+    Theory: docs/theory/contact.md, equation (4).
 
     >>> round(float(film_force(1e-6, -0.01, 2.0, 0.1, 0.01, 1e-4)), 9)
     0.466643244

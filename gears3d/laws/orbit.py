@@ -200,6 +200,7 @@ def loss_phases(excitation: float) -> tuple[float, float]:
     """Return the phases ωt at which the active and the reverse flank are left [rad].
 
     Source: Rigaud & Perret-Liaudet 2020, eq. (17), with ẏ = ΔV·sin ωt.
+    Theory: docs/theory/rattle.md, equation (3).
 
     Args:
         excitation: Λ = m·ω·ΔV/F, at least 1.
@@ -440,6 +441,7 @@ def border(excitation: np.ndarray) -> np.ndarray:
         excitation: Λ, (n,).
 
     Source: Rigaud & Perret-Liaudet 2020, eqs (15)-(18): the largest height of the flight that falls back.
+    Theory: docs/theory/rattle.md, equation (4).
 
     >>> border(np.array([0.9, 1.039299])).round(4).tolist()  # 79.96 µm over H = 12.33 mm
     [0.0, 0.0065]

@@ -46,7 +46,7 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     A scenario that the model cannot simulate is an InputError, a motion that cannot continue an EngineError.
 
     Source: Kadmiri et al. 2012, eqs (13)-(29).
-    Theory: docs/theory/contact.md.
+    Theory: docs/theory/contact.md, equations (1), (2).
 
     >>> from gears3d.scenario import load
     >>> simulate(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"})).impacts["flank"][0]

@@ -111,6 +111,7 @@ class NoiseModel:
     """Noise of the angle that one encoder shows, as its own record shows it.
 
     The power spectral density is 2·white²·spacing + flicker²/f + walk²/(2π²f²), one-sided, f from 1/span on.
+    Theory: docs/theory/measuring.md, equations (2), (3).
 
     Args:
         white: standard deviation of one reading, rounding to counts and jitter included [rad].

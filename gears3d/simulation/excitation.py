@@ -241,7 +241,7 @@ def assess(scenario: Scenario) -> Assessment:
         InputError: an effect does not fit the rig.
 
     Source: Kadmiri et al. 2012, eqs (23), (24); Rigaud & Perret-Liaudet 2020, eqs (2)-(10), (17)-(19).
-    Theory: docs/theory/rattle.md.
+    Theory: docs/theory/rattle.md, equation (3).
 
     >>> from gears3d.scenario import load
     >>> found = assess(load("scenarios/rigaud-2020/fig5-20rpm.toml"))

@@ -98,6 +98,15 @@ def test_pages_that_code_and_reports_name_exist():
     ]
     assert len(named) > 5
     assert [(file.name, found) for file, found in named if not (ROOT / found).exists()] == []
+    cited = [
+        (file.name, page, number)
+        for file in (ROOT / "gears3d").rglob("*.py")
+        for page, found in re.findall(r"docs/(theory/\w+\.md), equations? ([^.]*)\.", file.read_text(encoding="utf-8"))
+        for number in re.findall(r"\((\d+)\)", found)
+    ]
+    assert len(cited) > 25
+    for name, page, number in cited:
+        assert f"\\tag{{{number}}}" in (ROOT / "docs" / page).read_text(encoding="utf-8"), (name, page, number)
     for term, (_, target) in TERMS.items():
         page, _, anchor = target.partition("#")
         assert (ROOT / "docs" / page).exists(), term

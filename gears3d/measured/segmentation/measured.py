@@ -77,7 +77,7 @@ def measure(
     Raises:
         InputError: base radii are not known, or noise and counts hide what happens in the backlash.
 
-    Theory: docs/theory/segmentation.md.
+    Theory: docs/theory/segmentation.md, equations (1), (2), (3).
 
     >>> from gears3d.scenario import load
     >>> from gears3d.simulation import record
