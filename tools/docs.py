@@ -97,11 +97,12 @@ def gather(run: bool) -> None:
     SOURCE.mkdir(parents=True)
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"):
         text = (ROOT / name).read_text(encoding="utf-8")
-        (SOURCE / name).write_text(text.replace("](docs/site/", "]("), encoding="utf-8")  # those pages go to the top
+        (SOURCE / name).write_text(text.replace("](docs/site/", "]("), encoding="utf-8")
     shutil.copytree(ROOT / "docs", SOURCE / "docs", ignore=shutil.ignore_patterns("site"))
-    for file in (ROOT / "docs" / "site").iterdir():
-        if file.is_file():
-            shutil.copy(file, SOURCE)
+    shutil.copy(ROOT / "docs" / "site" / "conf.py", SOURCE)
+    for file in (ROOT / "docs" / "site").glob("*.md"):
+        text = file.read_text(encoding="utf-8").replace("](../", "](docs/")  # those pages go to the top
+        (SOURCE / file.name).write_text(text, encoding="utf-8")
     reference = SOURCE / "reference"
     reference.mkdir()
     print("reference: commands, scenario keys, record map, laws, effects, Python", flush=True)
