@@ -24,7 +24,7 @@ from gears3d.errors import InputError
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import Scenario, load
-from gears3d.verification.challenge import KINDS, UNKNOWN, Plan, anywhere, hide, plan, protocol, reveal, space
+from gears3d.verification.challenge import ASKED, KINDS, UNKNOWN, Plan, anywhere, hide, plan, protocol, reveal, space
 from gears3d.verification.challenge.protocol import bench, excite
 from tests.diagnosis import observer
 
@@ -209,7 +209,7 @@ def cases(part: str, first: int, count: int) -> Iterator[Case]:
 
 
 def _kinds(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
-    yield from (Case(part, seed, (kind,), (noise,)) for kind in KINDS)
+    yield from (Case(part, seed, (kind,), (noise,)) for kind in (*KINDS, *ASKED))
 
 
 def _unknown(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:

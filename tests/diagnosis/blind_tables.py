@@ -12,9 +12,12 @@ from scipy.optimize import minimize
 from scipy.stats import binomtest
 
 from gears3d.effects import catalogue
-from gears3d.verification.challenge import KINDS
+from gears3d.verification.challenge import ASKED, KINDS
 from tests.diagnosis.blind import FINE, NULLS
 from tests.diagnosis.observer import SEES
+
+NAMED = (*KINDS, *ASKED)
+"""Kinds that a diagnosis can name."""
 
 WITHIN = {FINE: 0.03, 0.015: 0.10}
 """Part by which parameters may be off, by noise."""
@@ -130,7 +133,7 @@ def _part(row: dict[str, Any]) -> str:
     """Return the sort of a test; where the seed decided, by what it hid."""
     if row["part"] != "drawn":
         return row["part"]
-    return "nothing" if not row["hidden"] else "kinds" if row["hidden"][0] in KINDS else "unknown"
+    return "nothing" if not row["hidden"] else "kinds" if row["hidden"][0] in NAMED else "unknown"
 
 
 def _count(rows: list[dict[str, Any]], what: Any) -> str:
@@ -254,9 +257,9 @@ def _ablation(rows: list[dict[str, Any]]) -> Iterable[str]:
         own = [row for row in rows if row["without"] == stage]
         none, strange = (
             [r for r in own if not r["hidden"]],
-            [r for r in own if r["hidden"] and r["hidden"][0] not in KINDS],
+            [r for r in own if r["hidden"] and r["hidden"][0] not in NAMED],
         )
-        some = [row for row in own if row["hidden"] and row["hidden"][0] in KINDS]
+        some = [row for row in own if row["hidden"] and row["hidden"][0] in NAMED]
         sets[stage] = {f"{row['hidden'][0]} at {100 * row['noise']:g} %" for row in some if not _right(row)}
         cells = [stage or "nothing: all stages", _count(some, _right), _count(some, lambda r: r["wrong_names"])]
         cells += [_count([row for row in some if row["set_right"]], _close), _count(none, lambda r: r["causes"])]

@@ -5,13 +5,13 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from gears3d.verification.challenge import KINDS
+from gears3d.verification.challenge import ASKED, KINDS
 from tests.diagnosis.blind import FINE, LIMITS, NULLS, PARTS, SETTINGS, STAGES, Case, cases, leaving_out, play
 from tests.diagnosis.blind_tables import limits, outcome, rate, tables
 
 
 def test_every_kind_is_hidden_once_a_seed():
-    assert [case.hidden for case in cases("kinds", 3, 1)] == [(kind,) for kind in KINDS]
+    assert [case.hidden for case in cases("kinds", 3, 1)] == [(kind,) for kind in (*KINDS, *ASKED)]
 
 
 def test_names_of_tests_are_their_own():

@@ -1,5 +1,6 @@
 """Hidden effects: records of machines that differ from their rig, and the sealed answer."""
 
+from gears3d.verification.challenge.causes import ASKED as ASKED
 from gears3d.verification.challenge.causes import KINDS as KINDS
 from gears3d.verification.challenge.foreign import UNKNOWN as UNKNOWN
 from gears3d.verification.challenge.hiding import Plan as Plan

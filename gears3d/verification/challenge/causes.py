@@ -35,6 +35,10 @@ KINDS = (
     "encoder_eccentricity",
     "encoder_skew",
 )
+# Kinds that are hidden where they are asked for: what a seed draws among the others stays what it was
+ASKED = ("carried_inertia",)
+# Periods of a body on a spring in a fall across the backlash, and its damping ratio
+PERIODS, DAMPING = (2.0, 8.0), (0.01, 0.1)
 
 _LEADING: dict[str, tuple[str, str, dict[str, Any]]] = {
     "transmission_error": ("amplitude", "m", {}),
@@ -59,6 +63,7 @@ _LEADING: dict[str, tuple[str, str, dict[str, Any]]] = {
     "drive_motion": ("amplitude", "rad/s", {"frequency": "1 Hz"}),
     "encoder_eccentricity": ("amplitude", "rad", {}),
     "encoder_skew": ("delay", "s", {}),
+    "carried_inertia": ("inertia", "kg m^2", {"stiffness": "1 N m/rad"}),
 }
 _SIGNED = ("backlash_offset", "drag_coulomb", "drag_drift", "restitution_offset", "restitution_speed")
 _SIGNED += ("restitution_asymmetry", "encoder_skew")
@@ -83,7 +88,19 @@ def draw(kind: str, scenario: Scenario, size: float, random: np.random.Generator
     if kind == "tooth_compliance":
         mass = float(scenario.gears.loose.inertia or 0.0) / scenario.pair().loose.base_radius ** 2
         more["damping"] = quantity(float(f"{2.0 * random.uniform(0.02, 0.2) * sqrt(value * mass):.6g}"), "N s/m")
+    if kind == "carried_inertia":
+        more |= _spring(scenario, value, random)
     return {"kind": kind, name: quantity(value, unit), **{k: v for k, v in more.items() if k != "kind"}}
+
+
+def _spring(scenario: Scenario, inertia: float, random: np.random.Generator) -> dict[str, Any]:
+    """Stiffness and damping of a body on a spring, by its natural frequency and damping ratio in flight."""
+    own, radius = float(scenario.gears.loose.inertia or 0.0), scenario.pair().loose.base_radius
+    fall = sqrt(2.0 * scenario.pair().backlash * own / (scenario.drag.torque or 0.2 * own) / radius)
+    turn, damping = 2.0 * pi * random.uniform(*PERIODS) / fall, random.uniform(*DAMPING)
+    swings = own * inertia / (own + inertia)
+    stiffness, damped = (float(f"{one:.6g}") for one in (swings * turn**2, 2.0 * damping * turn * swings))
+    return {"stiffness": quantity(stiffness, "N m/rad"), "damping": quantity(damped, "N m s/rad")}
 
 
 def _unit(scenario: Scenario, effect: dict[str, Any], name: str, unit: str) -> float:

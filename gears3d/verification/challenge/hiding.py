@@ -16,7 +16,7 @@ from gears3d.files import write_text
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.verification.challenge import encoders, foreign, protocol, seal
-from gears3d.verification.challenge.causes import KINDS, quantity
+from gears3d.verification.challenge.causes import ASKED, KINDS, quantity
 from gears3d.verification.challenge.causes import draw as draw_cause
 from gears3d.verification.challenge.history import happen
 from gears3d.verification.challenge.physics import moved
@@ -138,7 +138,8 @@ def plan(
     streams = [np.random.default_rng([seed, stream]) for stream in range(5)]
     which, bench, motion, cause, conditions = streams
     kinds = tuple(effects) if effects is not None else _which(which)
-    known = [*KINDS, "unknown", *foreign.UNKNOWN]
+    catalogue = (*KINDS, *ASKED)
+    known = [*catalogue, "unknown", *foreign.UNKNOWN]
     for kind in kinds:
         if kind not in known:
             raise UsageError(f"--effect: there is no kind {kind!r}; {did_you_mean(kind, known)}")
@@ -151,8 +152,8 @@ def plan(
     if drawn and "mesh_friction" in kinds:
         base = base.with_({"effect": [_soft(base)]})
     size = float(which.uniform(*SIZES)) if size is None else size
-    hidden = tuple(draw_cause(kind, base, size, cause) for kind in kinds if kind in KINDS)
-    strange = [str(which.choice(list(foreign.UNKNOWN))) if k == "unknown" else k for k in kinds if k not in KINDS]
+    hidden = tuple(draw_cause(kind, base, size, cause) for kind in kinds if kind in catalogue)
+    strange = [str(which.choice(list(foreign.UNKNOWN))) if k == "unknown" else k for k in kinds if k not in catalogue]
     unknown = tuple(foreign.draw(name, base, size, cause) for name in strange)
     each = tuple(protocol.conditions(base, conditions, records))
     zeros = encoders.zeros(base.sensors, records, np.random.default_rng([seed, 12])) if zero == "arbitrary" else ()

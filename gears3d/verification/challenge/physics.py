@@ -249,12 +249,13 @@ def push(m, side, t, th2, w2, pressed):
 
 @njit(cache=True)
 def coupled(m, th2, w2, th3, w3):
-    """Torque on the loose gear from the second body, once its coupling has taken up its play."""
+    """Torque on the loose gear from the second body, once its coupling has taken up its play; it never pulls back."""
     if m.second[0] <= 0.0:
         return 0.0
     wound = th3 - th2
     beyond = wound - min(max(wound, -m.second[3]), m.second[3])
-    return m.second[1] * beyond + m.second[2] * (w3 - w2) if beyond != 0.0 else 0.0
+    torque = m.second[1] * beyond + m.second[2] * (w3 - w2)
+    return torque if m.second[3] == 0.0 or torque * beyond > 0.0 else 0.0
 
 
 @njit(cache=True)

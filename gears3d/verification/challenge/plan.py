@@ -34,7 +34,7 @@ class _Draft:
         self.rb1, self.rb2 = pair.drive.base_radius, pair.loose.base_radius
         self.one: dict[str, Any] = {"coulomb": 0.0, "viscous": 0.0, "mesh_drag": 0.0, "friction": 0.0}
         self.one |= {"drift": (0.0, 1.0), "power": (0.0, 1.0), "differential": (0.0, 0.0), "spring": (0.0, 0.0)}
-        self.one |= {"film": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)}
+        self.one |= {"film": (0.0, 0.0, 0.0, 0.0, 1.0, 0.0), "second": (0.0, 0.0, 0.0, 0.0)}
         self.impact = [scenario.impact.restitution, 0.0, 0.0, 0.0, scenario.impact.stick_velocity]
         self.waves: list[tuple[float, ...]] = []
         self.axes: list[tuple[float, ...]] = []
@@ -51,7 +51,7 @@ class _Draft:
         act(e)
 
     def _once(self, name: str, value: Any) -> None:
-        if self.one[name] not in (0.0, (0.0, 1.0), (0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)):
+        if self.one[name] not in (0.0, (0.0, 1.0), (0.0, 0.0), (0.0,) * 4, (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)):
             raise InputError(Fault("effect", f"{name} is there twice", "leave one out"))
         self.one[name] = value
 
@@ -117,6 +117,9 @@ class _Draft:
 
     def _oil_film(self, e: dict[str, Any]) -> None:
         self._once("film", film(self.scenario, e))
+
+    def _carried_inertia(self, e: dict[str, Any]) -> None:
+        self._once("second", (e["inertia"], e["stiffness"], e["damping"], 0.5 * e["play"]))
 
     def _drive_motion(self, e: dict[str, Any]) -> None:
         w = 2.0 * pi * e["frequency"] if e["frequency"] else e["order"] * self.scenario.motion.mean
