@@ -15,7 +15,7 @@ from gears3d.diagnosis.datums import settled, turn
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.hypotheses import Rival
-from gears3d.diagnosis.path_fit import ACCOUNTS, EXCLUDED, LAWS, OIL, RUB, SCATTER, SMALLEST, SOFT, effects_of
+from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, EXCLUDED, LAWS, OIL, RUB, SCATTER, SMALLEST, SOFT, effects_of
 from gears3d.diagnosis.path_search import Against, Path, against, halves, path_search
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.search import ENOUGH, Search, blind, given, in_own_channels
@@ -103,6 +103,11 @@ class AlongPath(NamedTuple):
             return self.accounts
         clear = self.agrees and max(self.limits.values()) <= CLEAR
         return clear and bool(self.records) and not in_own_channels(given(self.records, (), FAINT), FAINT)
+
+    @property
+    def carries(self) -> bool:
+        """Whether a body that the loose gear carries is among the causes."""
+        return any(one.candidate.kind == BODY for one in self.path.causes)
 
     @property
     def agrees(self) -> bool:
@@ -249,6 +254,8 @@ def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | N
         asked.append(Candidate(SOFT, {"damping": 1.0}, "stiffness", unit, False, ()))
     if Code.GAP_SPRING in there and Code.TORQUE_FRICTION not in there:
         asked.append(Candidate(RUB, {}, "coefficient", 1.0, False, ()))
+    if not there & {Code.GAP_FILM, Code.GAP_SPRING, Code.TORQUE_CARRIED}:
+        asked.append(Candidate(BODY, {}, "inertia", rig.inertia, False, ()))
     asked.append(Candidate(SCATTER, {}, "standard_deviation", max(rig.restitution, 0.1), False, ()))
     blank = [
         replace(uncut(rig, one.file), unmarked=lost) for rig, (one, _), lost in zip(rigs, tracks, unmarked, strict=True)

@@ -69,6 +69,11 @@ FREE: dict[str, dict[str, ShapeBounds]] = {
     "drag_differential": {"shaft_speed": ShapeBounds(-1e5, 1e5, False)},
     "mesh_drag": {},
     "tooth_compliance": {"damping": ShapeBounds(1e-9, 1e9)},
+    "carried_inertia": {
+        "stiffness": ShapeBounds(1e-6, 1e12),
+        "damping": ShapeBounds(0.0, 1e6, False),
+        "play": ShapeBounds(0.0, pi, False),
+    },
     "drive_motion": {"frequency": ShapeBounds(1e-2, 1e5), "order": ShapeBounds(1e-3, 1e4)},
 }
 

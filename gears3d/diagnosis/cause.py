@@ -24,6 +24,8 @@ DAMPINGS = (0.0, 0.01, 1.0)
 QUADRATIC_DAMPINGS = (*DAMPINGS, 10.0, 100.0)
 # Largest step of a number in a round, in units.
 LARGEST_STEP = 3.0
+# Part of a carried inertia that a round leaves at least.
+FEWEST_PART = 0.3
 # Fall of chi-square in a round below which the fit ends.
 CONVERGED = 0.01
 # Digits of numbers without an interval in a scenario.
@@ -168,7 +170,8 @@ def moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]
 
     A power keeps its torque at the pivot, a typical speed, while its exponent changes: its coefficient scales with a
     power of that speed, so a linear step fails. The step already contains the first-order part. A torque over a
-    difference of speeds is linear in its coefficient and in the product of that and the other speed.
+    difference of speeds is linear in its coefficient and in the product of that and the other speed. A carried body is
+    felt by its natural frequency, in which the step is straight.
 
     by: (p,) [SI]; pivot: [rad/s].
     """
@@ -185,8 +188,28 @@ def moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]
             numbers = _within_bounds(
                 cause, np.array([numbers[0], cause.numbers[1] + step[1] * cause.numbers[0] / numbers[0]])
             )
+        if cause.candidate.kind == "carried_inertia":
+            numbers[:2] = _swinging(cause, step)
         made.append(cause._replace(numbers=numbers))
     return tuple(made)
+
+
+def swings(cause: Cause) -> tuple[float, Array]:
+    """Return the natural frequency of a carried body and its gear [rad/s], and the slopes of its logarithm, (2,).
+
+    Of slopes to inertia and logarithm of stiffness.
+    """
+    own, body = cause.candidate.unit, float(cause.numbers[0])
+    turn = float(np.sqrt(np.exp(cause.numbers[1]) * (1.0 / own + 1.0 / body)))
+    return turn, np.array([-0.5 * own / (body * (own + body)), 0.5])
+
+
+def _swinging(cause: Cause, step: Array) -> Array:
+    """Return inertia and logarithm of stiffness of a carried body after a step: straight is the natural frequency."""
+    turn, slopes = swings(cause)
+    inertia = float(cause.numbers[0]) * max(1.0 + step[0] / float(cause.numbers[0]), FEWEST_PART)
+    squared = 2.0 * (np.log(turn) + float(slopes @ step[:2]))
+    return np.array([inertia, squared - np.log(1.0 / cause.candidate.unit + 1.0 / inertia)])
 
 
 def _within_bounds(cause: Cause, numbers: Array) -> Array:

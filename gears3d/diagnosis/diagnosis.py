@@ -199,10 +199,9 @@ def _diagnosed(
         refused = error
     rings = resonance(admitted, paths)
     if refused is not None:
-        if rings is None:
-            whole = along_path([], admitted, paths, highest, searching)
-            if whole is not None and whole.decides:
-                return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
+        whole = along_path([], admitted, paths, highest, searching)  # a body that the gear carries rings, too
+        if whole is not None and whole.decides and (rings is None or whole.carries):
+            return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
         seen = contact_law_of(admitted, notes, tell, paths)
         if (law := seen.law or contact_law_with_others(seen)) is not None:
             return _by_contact_law(admitted_all, rig, notes, law, bodies)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, moved
+from gears3d.diagnosis.cause import Cause, moved, swings
 from gears3d.diagnosis.datums import goes_by, order_of, reference
 from gears3d.diagnosis.prediction import GEARS
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
@@ -21,8 +21,13 @@ STEP = 1e-3
 SQUARED, OIL, SOFT, SCATTER = "mesh_drag", "oil_film", "tooth_compliance", "restitution_scatter"
 """A cause that is felt with its square, two that change all of the path from their smallest size on, and one by which
 every impact has a number of its own."""
-LAWS, RUB = (OIL, SOFT), "mesh_friction"
-"""Causes that are laws of contact, of which a rig has one, and one that acts on compliant flanks."""
+BODY = "carried_inertia"
+"""A body on a spring, whose twist windows begin with."""
+LAWS, RUB = (OIL, SOFT, BODY), "mesh_friction"
+"""Causes that change all of the path, of which a rig has one, and one that acts on compliant flanks."""
+TWISTED, SWUNG = 1e-4, 10.0
+"""Step of the numbers of a carried body in units, for slopes: it changes all phases of a window by a tenth of a radian
+at most; by how much less its frequency moves in a round than other numbers."""
 ACCEPT = 40.0
 """Fall of chi-square over its level that a cause must bring: by chance, among three thousand numbers, in 1e-6."""
 SMALLEST, LARGEST = 0.01, 3.0
@@ -192,6 +197,9 @@ def _shortened(causes: Sequence[Cause], step: Array, pivot: float) -> Array:
             long[0] = abs(torque) * pivot ** (power - cause.candidate.shape["exponent"])
         if cause.candidate.kind == SOFT:
             long[0] /= cause.numbers[0] / cause.units[0]
+        if cause.candidate.kind == BODY:
+            long[0] /= cause.numbers[0] / cause.units[0]
+            long[1] = SWUNG * abs(float(swings(cause)[1] @ (step[own] * cause.units)[:2]))
         made[own] *= FARTHEST[0] / max(float(np.max(long)), FARTHEST[0])
     return made
 
@@ -204,6 +212,7 @@ def columns_of(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
         bent = along.oiled or cause.candidate.kind in (*LAWS, RUB, SQUARED)
         for j, unit in enumerate(cause.units):
             step = BENT * max(abs(cause.numbers[j]) / unit, LEAST) if bent else STEP
+            step = TWISTED if cause.candidate.kind == BODY else step
             numbers = cause.numbers.copy()
             numbers[j] += step * unit
             other = cause._replace(numbers=numbers)
@@ -459,7 +468,10 @@ def kicked(windows: Windows, causes: Sequence[Cause]) -> tuple[WithoutStarts, Ar
 
 
 def _price(windows: Windows, causes: Sequence[Cause]) -> Array:
-    """Return twice the logarithm by which kicks lower the evidence of each window, (w,)."""
+    """Return twice the logarithm by which kicks, or twists, lower the evidence of each window, (w,)."""
+    if any(one.candidate.kind == BODY for one in causes):
+        own = windows.without_starts(windows.along(effects_of(causes)).starts()[:4])
+        return 2.0 * np.sum(np.log(np.maximum(own.sizes[:, 2:], 1.0)), axis=1)
     own = kicked(windows, causes) if any(one.candidate.kind == SCATTER for one in causes) else None
     if own is None:
         return np.zeros(len(windows))

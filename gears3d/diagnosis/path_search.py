@@ -18,6 +18,7 @@ from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.path_fit import (
     ACCEPT,
     ACCOUNTS,
+    BODY,
     EXCLUDED,
     FAR,
     FARTHEST,
@@ -47,6 +48,7 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.path_scores import SCORED, fewer, scores_of
 from gears3d.diagnosis.restitution_scatter import Scatter
+from gears3d.diagnosis.second_body import carrying, frequencies, playing
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.effects import SensorEffect
 from gears3d.errors import InputError
@@ -86,6 +88,8 @@ APART = 3.0
 ERRS = 1e-5
 """Part of what all causes explain that a model of them may err by: 0.3 % of the path, to which sizes come true in
 records without noise. A cause that gains less is none."""
+MOST_LEFT = 0.25
+"""Part of the path's error that a body on a spring may leave to be the first cause."""
 BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
 """Parts of windows, from their beginning on, in which causes are sought one after the other; parts of the backlash up
 to which the path is near in so many windows, so that slopes say what candidates promise, and from which on, with all
@@ -264,10 +268,10 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
     """Return a state with causes added one after the other, as long as they gain.
 
     Where the path is so far off that slopes say little, causes are first sought in the beginnings of windows, as long
-    as the path is near with those that are known.
+    as the path is near with those that are known. Where flights oscillate, a body on a spring is sought first.
     """
-    now, done = base, 0.0
-    dense = [one for one in known if one.kind != SCATTER]  # which explains any rebound of a first impact
+    now, done = _swinging(windows, known, base), 0.0
+    dense = [one for one in known if one.kind not in (BODY, SCATTER)]  # which explain any rebound of a first impact
     while True:
         done, part, first = _near(windows, now, done)
         if part is windows:
@@ -279,6 +283,21 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
                 break
             now = polished(windows, _carried(windows, found)) if found.causes else now
     return _added(windows, known, base, _pruned(windows, base, now), told)
+
+
+def _swinging(windows: Windows, known: Sequence[Candidate], base: State) -> State:
+    """Return a state with a body on a spring, where flights oscillate and it explains most of the path."""
+    turns = frequencies(windows) if any(one.kind == BODY for one in known) else []
+    if not turns:
+        return base
+    few, _, first = _sampled(windows, base)
+    tries = [_whole(windows, base, few, one) for one in _carrying(few, known, turns, first, first, ACCEPT)]
+    tries = [one for one in tries if _taken(windows, base, base, one)]
+    restore(windows, base)
+    best = _simplest(windows, base, tries)
+    if best is None or not _far(windows, best.rest) < max(MOST_LEFT * _far(windows, base.rest), ACCOUNTS):
+        return base
+    return best
 
 
 def _near(windows: Windows, now: State, done: float) -> tuple[float, Windows, State]:
@@ -320,7 +339,10 @@ def _carried(part: Windows, now: State) -> State:
 def _added(
     windows: Windows, known: Sequence[Candidate], base: State, now: State, told: Callable[[float], None]
 ) -> State:
-    """Return a state with more causes, one after the other, as long as they gain."""
+    """Return a state with more causes, one after the other, as long as they gain.
+
+    A body on a spring is tried where nothing else explains the path.
+    """
     for number in range(len(now.causes), ROUNDS):
         told(number / ROUNDS)
         few, mine, first = _sampled(windows, now)
@@ -339,6 +361,10 @@ def _added(
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
         best = _simplest(windows, now, [one for one in tries if _taken(windows, base, now, one)])
+        if best is None and float(np.median(windows.level(now.rest))) > NOISE:
+            tries = _carrying(few, known, (), first, _part(few, mine, base), enough)
+            tries = [_whole(windows, now, few, one) for one in tries]
+            best = _simplest(windows, now, [one for one in tries if _taken(windows, base, now, one)])
         if best is None:
             break
         best = _pruned(windows, base, best)
@@ -642,6 +668,33 @@ def _begun(windows: Windows, law: Candidate) -> list[Cause]:
         for size in SIZES[SOFT]
         for damping in DAMPINGS
     ]
+
+
+def _carrying(
+    windows: Windows, known: Sequence[Candidate], turns: Sequence[float], now: State, root: State, least: float
+) -> list[State]:
+    """Return causes with a body on a spring as well, and that alone, where it gains so much.
+
+    Args:
+        windows: sample.
+        known: candidates.
+        turns: natural frequencies that flights suggest [rad/s].
+        now: state of the sample.
+        root: that without causes.
+        least: fall of chi-square that it must bring.
+    """
+    there = any(one.candidate.kind in (*LAWS, SCATTER) for one in now.causes)
+    if there or not any(one.kind == BODY for one in known):
+        return []
+    made = []
+    for start in (root, now) if now.causes else (now,):
+        one = polished(windows, carrying(windows, turns, now, start))
+        if gain_of(windows, now, one)[0] > least:
+            made.append(playing(windows, one, least))
+        if float(np.median(windows.level(one.rest))) < NOISE:
+            break
+    restore(windows, now)
+    return made
 
 
 def _scattered(windows: Windows, known: Sequence[Candidate], now: State, least: float) -> list[State]:

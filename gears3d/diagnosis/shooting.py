@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.body_kernels import swayed, swing
 from gears3d.diagnosis.evidence import roots_of
 from gears3d.diagnosis.prediction import GEARS, deviation, reading_error
 from gears3d.diagnosis.shooting_kernels import BOUNCES, SETTLES, carried, follow, read, shoot, slowing
@@ -53,6 +54,8 @@ NEXT = 1e-3
 """Units that starts between films of oil are moved by, for slopes."""
 UNSEEN = 2.0
 """Standard deviations that a harmonic of the drive may have that was not found: half of what it must have to be."""
+FLUNG = 4.0
+"""Rates of a start that a unit of the rate of a twist is: an impact of a gear that fell across the backlash gives 2."""
 KICKS = 16
 """First impacts of a window that have a restitution of their own where it scatters."""
 FARTHEST_KICK = 2.0
@@ -61,8 +64,8 @@ EVENTS = 512
 """Impacts and partings of a window that small changes are followed over at most."""
 KNOWN = (
     Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
-    Code.TORQUE_FRICTION, Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC, Code.IMPACT_OFFSET,
-    Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.MOTION_HARMONIC, Code.GAP_FILM,
+    Code.TORQUE_FRICTION, Code.TORQUE_CARRIED, Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC,
+    Code.IMPACT_OFFSET, Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.MOTION_HARMONIC, Code.GAP_FILM,
     Code.GAP_SPRING,
 )  # fmt: skip
 """Normal forms that a window can be shot with; friction moves nothing on rigid flanks, scatter predicts nothing, the
@@ -77,12 +80,14 @@ class Starts(NamedTuple):
         rate: of the same [m/s], (w,).
         mode: 0 in flight, 1 on the active, 2 on the reverse flank, (w,).
         kicks: by which the restitution of the first impacts is higher, (w, KICKS).
+        twist: of a body that the loose gear carries, ahead of it, and the rate of that [rad, rad/s], (w, 2).
     """
 
     place: Array
     rate: Array
     mode: Array
     kicks: Array
+    twist: Array
 
     def where(self, better: Array, other: Starts) -> Starts:
         """Return these where they are better, and others elsewhere."""
@@ -103,13 +108,18 @@ class Starts(NamedTuple):
 
 
 def at_rest(place: Array, rate: Array, mode: Array | int = 0) -> Starts:
-    """Return starts without scatter of the restitution."""
-    return Starts(place, rate, np.full(len(place), mode), np.zeros((len(place), KICKS)))
+    """Return starts without scatter of the restitution, and without twist."""
+    return Starts(place, rate, np.full(len(place), mode), np.zeros((len(place), KICKS)), np.zeros((len(place), 2)))
 
 
 def shootable(rig: Scenario) -> bool:
-    """Return whether windows can be shot with a rig: flanks without stated deviations, torques of a formula."""
-    return perfect(rig.pair()) and all(row.code in KNOWN for row in rig.rows())
+    """Return whether windows can be shot with a rig: flanks without stated deviations, torques of a formula.
+
+    A body that the loose gear carries is worked out between rigid dry flanks.
+    """
+    rows = rig.rows()
+    able = perfect(rig.pair()) and all(row.code in KNOWN for row in rows)
+    return able and (not len(film_of(rows)) or not len(body_of(rows)))
 
 
 class Windows:
@@ -337,19 +347,25 @@ class Windows:
         ahead, events = zero[:, 0] / self.radii[1] + turned[:, 1], np.zeros((len(self), most, 7))
         torques, counts = torques_of(rows, self.values.drag_torque), np.zeros(len(self), dtype=np.int64)
         about = np.array([*self.radii, self.lever])
-        film = film_of(rows)
+        film, body = film_of(rows), body_of(rows)
+        twist = np.zeros_like(angle if len(body) else angle[:, :0])
         kicks = starts.kicks if self.spread(effects) else starts.kicks[:, :0]
         flow = np.zeros((len(self), angle.shape[1] - 1 if most and len(film) else 0, 4))
         bends = any(200 < row.code < 300 for row in rows) and any(row.code == Code.GAP_SPRING for row in rows)
         for place in (None, path) if bends else (None,):  # yielding teeth let the gear lag far behind its flank
             flanks = self.flanks(rows, seen, loose, place=place)
             flanks = flanks[0], flanks[1] + self.backlash
+            if len(body):
+                swing(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, body,
+                      *starts[:3], starts.twist, kicks, path, pace, twist, events, counts)  # fmt: skip
+                continue
             shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, film, *starts[:3],
                   kicks, path, pace, events, counts, flow)  # fmt: skip
         made = np.zeros(len(self.window))
         read(path, pace, self.step, self.window, self.node, self.beyond, made)
         made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, speed, path)
-        return _Run(made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts, flanks, flow)
+        about = made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts, flanks, flow
+        return _Run(*about, twist, body)
 
     def misread(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array] | None:
         """Return by how much the drive is read wrong at the nodes, and derivatives of that; ``None`` for nothing."""
@@ -502,6 +518,11 @@ class Windows:
         """Return the size of a unit of a start's place [m] and rate [m/s]."""
         return self.backlash, self.backlash / self.fall
 
+    def turns(self) -> tuple[float, float]:
+        """Return the size of a unit of a twist [rad] and its rate [rad/s]."""
+        place, rate = self.units()
+        return place / self.radii[1], FLUNG * rate / self.radii[1]
+
     def moved(self, columns: Sequence[Array], rest: Array, spread: float, most: float = np.inf) -> Starts:
         """Return the starts that leave the least of residuals, by least squares within each window.
 
@@ -516,10 +537,12 @@ class Windows:
         own = own / np.where(size > 0.0, size, 1.0)[:, :, None]
         inverse = np.linalg.pinv(own @ own.transpose(0, 2, 1), rcond=1e-9, hermitian=True)
         step = (inverse @ (own @ left))[:, :, 0] / np.where(size > 0.0, size, 1.0)
-        by, units = np.clip(step[:, :2], -most, most), self.units()
+        own = len(columns) - (KICKS if spread else 0)
+        by, units = np.clip(step[:, :own], -most, most), self.units()
         now = self.starts
-        kicks = now.kicks + spread * np.clip(step[:, 2:], -FARTHEST_KICK, FARTHEST_KICK) if spread else now.kicks
-        return Starts(now.place + by[:, 0] * units[0], now.rate + by[:, 1] * units[1], now.mode, kicks)
+        kicks = now.kicks + spread * np.clip(step[:, own:], -FARTHEST_KICK, FARTHEST_KICK) if spread else now.kicks
+        twist = now.twist + by[:, 2:] * self.turns() if own > 2 else now.twist
+        return Starts(now.place + by[:, 0] * units[0], now.rate + by[:, 1] * units[1], now.mode, kicks, twist)
 
     def _dense(self, columns: Sequence[Array] | Array) -> Array:
         """Return columns window by window, zeros after the readings of a short one, (w, p, most readings + kicks)."""
@@ -615,6 +638,8 @@ class _Run(NamedTuple):
         counts: how many, (w,).
         flanks: displacement on the active and on the reverse flank at the nodes [m], (w, nodes) each.
         flow: from node to node between films of oil, (w, nodes - 1, 4); empty without.
+        twist: of a body that the loose gear carries, at the nodes [rad], (w, nodes); empty without.
+        body: its inertia, stiffness, damping and half of its play, (4,); empty without.
     """
 
     made: Array
@@ -628,6 +653,8 @@ class _Run(NamedTuple):
     counts: Array
     flanks: tuple[Array, Array]
     flow: Array
+    twist: Array
+    body: Array
 
 
 class Linearised:
@@ -652,7 +679,7 @@ class Linearised:
     def starts(self) -> list[Array]:
         """Return how predictions change with place and rate of their window's start, and its kicks, per unit.
 
-        Starts on a flank do not change.
+        Starts on a flank do not change; of a body that the loose gear carries, twist and its rate do.
         """
         free = (self.run.starts.mode == 0).astype(float)  # of those on a flank, none
         windows, still = self.windows, np.zeros(self.run.events.shape[:2])
@@ -667,6 +694,9 @@ class Linearised:
         none, flanks = np.zeros(len(free)), (self.none, self.none, self.none)
         starts = (free * units[0], none), (none, free * units[1])
         made = [self.extended(self._followed(flanks, still, one) / windows.sigma) for one in starts]
+        for unit in np.diag(windows.turns()) if len(self.run.body) else ():
+            twist = np.tile(unit, (len(free), 1))
+            made.append(self.extended(self._followed(flanks, still, (none, none), twist) / windows.sigma))
         if not self.spread:
             return made
         struck = (self.run.events[:, :, 2] == BOUNCES) | (self.run.events[:, :, 2] == SETTLES)
@@ -696,7 +726,7 @@ class Linearised:
             turned: what is added to the angles of drive and loose gear from which the other counts [rad].
         """
         windows, run = self.windows, self.run
-        pushed, active, reverse = self.none, self.none, self.none
+        pushed, active, reverse, driven = self.none, self.none, self.none, self.none
         rebound, shown = np.zeros(run.events.shape[:2]), 0.0
         for sign, one, by in ((1.0, effect, turned), (-1.0, before, (0.0, 0.0))):
             if one is None:
@@ -720,9 +750,10 @@ class Linearised:
                 wrong = windows.misread([one], seen)
                 if wrong is not None:
                     pushed = pushed + sign * windows.radii[0] * wrong[2]
+                    driven = driven + sign * windows.radii[0] * wrong[2]
                 shown = shown + sign * windows.shown([one], wrong, loose, windows.drive[1], run.path)
         none = np.zeros(len(windows))
-        made = self._followed((pushed, active, reverse), rebound, (none, none)) + shown
+        made = self._followed((pushed, active, reverse), rebound, (none, none), driven=driven) + shown
         return made / windows.sigma
 
     def driven(self) -> list[tuple[int, Array]]:
@@ -742,16 +773,33 @@ class Linearised:
                 wrong = windows.radii[0] * sigma * np.cos(turn * time + phase)
                 pushed = (-(turn**2) * wrong, self.none, self.none)
                 still = np.zeros(self.run.events.shape[:2])
-                column = self._followed(pushed, still, (none, none)) - windows.between(wrong)
+                column = self._followed(pushed, still, (none, none), driven=pushed[0]) - windows.between(wrong)
                 column = self.extended(column / windows.sigma)
                 made += [(k, np.where(record == k, column, 0.0)) for k in np.flatnonzero(own[:, 1]).tolist()]
         return made
 
-    def _followed(self, pushed: tuple[Array, Array, Array], rebound: Array, starts: tuple[Array, Array]) -> Array:
-        """Return the change of the displacement at the readings [m], (n,)."""
+    def _followed(
+        self, pushed: tuple[Array, Array, Array], rebound: Array, starts: tuple[Array, Array],
+        twist: Array | None = None, driven: Array | None = None,
+    ) -> Array:  # fmt: skip
+        """Return the change of the displacement at the readings [m], (n,).
+
+        Args:
+            pushed: changes of the acceleration, and of both flanks, at the nodes.
+            rebound: of restitution at the events.
+            starts: of place and rate.
+            twist: of a body's twist and its rate, (w, 2).
+            driven: part of the change of the acceleration that is the drive's.
+        """
         windows, run = self.windows, self.run
         made = np.empty_like(self.none)
-        if run.flow.size:
+        if len(run.body):
+            about = np.array([*windows.radii, windows.lever])
+            twist = np.zeros((len(windows), 2)) if twist is None else twist
+            driven = self.none if driven is None else driven
+            swayed(windows.step, run.starts.mode, run.events, run.counts, run.twist, about, run.body, pushed[0], driven,
+                   *pushed[1:], rebound, *starts, twist, made)  # fmt: skip
+        elif run.flow.size:
             carried(windows.step, run.flow, run.path, run.flanks, *pushed, *starts, made)
         else:
             follow(windows.step, run.starts.mode, run.events, run.counts, *pushed, rebound, *starts, made)
@@ -776,10 +824,16 @@ def film_of(rows: Sequence[Row]) -> Array:
     return made
 
 
+def body_of(rows: Sequence[Row]) -> Array:
+    """Return inertia, stiffness, damping and half of the play of a body that the gear carries, (4,); else empty."""
+    own = [row.p for row in rows if row.code == Code.TORQUE_CARRIED]
+    return np.array([*own[0][:3], 0.5 * own[0][3]]) if own else np.zeros(0)
+
+
 def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:
     """Return torques as the kernels have them: code, gate, three numbers."""
     made = [[float(Code.TORQUE_CONSTANT), 0.0, drag, 0.0, 0.0]] if drag else []
     for row in rows:
-        if 100 < row.code < 200 and row.code != Code.TORQUE_FRICTION:
+        if 100 < row.code < 200 and row.code not in (Code.TORQUE_FRICTION, Code.TORQUE_CARRIED):
             made.append([float(row.code), float(row.gate), *[*row.p, 0.0, 0.0, 0.0][:3]])
     return np.array(made, dtype=float).reshape(-1, 5)

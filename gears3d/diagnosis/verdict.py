@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from gears3d.diagnosis.candidates import ACCEPT, Regressors
-from gears3d.diagnosis.cause import Cause, fit, parameters, significance, table
+from gears3d.diagnosis.cause import Cause, fit, parameters, significance, swings, table
 from gears3d.diagnosis.contact_law import ContactLawFit
 from gears3d.diagnosis.datums import reference_record
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.hypotheses import Rival
-from gears3d.diagnosis.path_fit import EXCLUDED
+from gears3d.diagnosis.path_fit import BODY, EXCLUDED
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pitch_error import ShortTooth
 from gears3d.diagnosis.precision import covariance
@@ -107,6 +107,7 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
         if path is not None and k < len(path.gains):
             gain = float(path.gains[k])
             text = path_sentence(path, gain)
+            text += _swinging(cause, known[own, own]) if effect.kind == BODY else ""
         else:
             less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
             gain = less.chi2 - now.chi2
@@ -272,6 +273,16 @@ def path_sentence(path: Path, gain: float) -> str:
     before, after = np.sqrt(path.before), np.sqrt(path.after)
     text = f"displacement predicted in {path.windows} windows: error {before:.3g} times the noise without causes"
     return f"{text}, {after:.3g} times with all of them; significance of this one {significance(gain)}"
+
+
+def _swinging(cause: Cause, covariance: Array) -> str:
+    """Return a sentence: natural frequency of gear and carried body in flight, and the ratio of their inertias."""
+    turn, slopes = swings(cause)
+    sigma = float(np.sqrt(slopes @ covariance[:2, :2] @ slopes))
+    low, value, high = (turn / (2.0 * np.pi) * (1.0 + 1.96 * by * sigma) for by in (-1.0, 0.0, 1.0))
+    ratio = float(cause.numbers[0]) / cause.candidate.unit
+    told = f"natural frequency of gear and body in flight {value:.5g} Hz (95 %: {low:.5g} to {high:.5g} Hz)"
+    return f"; {told}, inertia {ratio:.4g} times that of the gear"
 
 
 def sized(size: float, unit: str) -> str:
