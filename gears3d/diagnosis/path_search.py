@@ -268,9 +268,13 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
     """Return a state with causes added one after the other, as long as they gain.
 
     Where the path is so far off that slopes say little, causes are first sought in the beginnings of windows, as long
-    as the path is near with those that are known. Where flights oscillate, a body on a spring is sought first.
+    as the path is near with those that are known. Where flights oscillate, a body on a spring is sought first, and
+    where other causes do not explain beginnings.
     """
-    now, done = _swinging(windows, known, base), 0.0
+    turns = frequencies(windows) if any(one.kind == BODY for one in known) else []
+    now, done, tried = base, 0.0, bool(turns)
+    for own in (turns, ()) if turns else ():
+        now = _swinging(windows, known, own, base) if now is base else now
     dense = [one for one in known if one.kind not in (BODY, SCATTER)]  # which explain any rebound of a first impact
     while True:
         done, part, first = _near(windows, now, done)
@@ -278,6 +282,11 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
             break
         if _far(part, first.rest) > ACCOUNTS:
             found = _added(part, dense, polished(part, _opened(part)), polished(part, first), told)
+            if not tried and _far(part, found.rest) > ACCOUNTS:
+                tried, swings = True, _swinging(windows, known, (), base)
+                if swings is not base:
+                    now = swings
+                    continue
             if _off(part, found) > ASTRAY:
                 now = base
                 break
@@ -285,11 +294,8 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
     return _added(windows, known, base, _pruned(windows, base, now), told)
 
 
-def _swinging(windows: Windows, known: Sequence[Candidate], base: State) -> State:
-    """Return a state with a body on a spring, where flights oscillate and it explains most of the path."""
-    turns = frequencies(windows) if any(one.kind == BODY for one in known) else []
-    if not turns:
-        return base
+def _swinging(windows: Windows, known: Sequence[Candidate], turns: Sequence[float], base: State) -> State:
+    """Return a state with a body on a spring, where it explains most of the path; arguments as below."""
     few, _, first = _sampled(windows, base)
     tries = [_whole(windows, base, few, one) for one in _carrying(few, known, turns, first, first, ACCEPT)]
     tries = [one for one in tries if _taken(windows, base, base, one)]

@@ -46,6 +46,8 @@ must be off."""
 TRIED, FLYING, DENSE = 12, 0.25, 1.1
 """Windows in which a body is sought; part of them whose first flight may be shorter than the first fit; ratio of
 neighbouring frequencies that are tried: in three rigs, those within 10 % led to the hidden one."""
+NEIGHBOURS = (-2, -1, 0, 1, 2)
+"""Neighbours of a frequency that flights suggest from which fits begin, too: the inertia of the first may be off."""
 LONGEST, SHORTEST = 0.7, 14.0
 """Periods in a fall across the backlash, from which frequencies are tried, and up to which nodes tell them."""
 FARTHER, KEPT, SAME = (2.2, 1.4), 4, 3e-3
@@ -146,9 +148,10 @@ def carrying(windows: Windows, turns: Sequence[float], now: State, start: State)
     falls = _tried(few.until(flight), start.causes, _cause(law, SHORTEST / 2.0 * cycle, FIRST), anew=True)
     size = float(falls.causes[-1].numbers[0]) / own
     grid = cycle * LONGEST * DENSE ** np.arange(int(np.log(SHORTEST / LONGEST) / np.log(DENSE)) + 1)
+    near = [turn * DENSE**k for turn in turns for k in NEIGHBOURS]
     reach = FARTHER[0] * flight
     part = few.until(reach) if reach < 1.0 else few
-    found = [_tried(part, falls.causes[:-1], _cause(law, turn, size), SHORT) for turn in turns or grid.tolist()]
+    found = [_tried(part, falls.causes[:-1], _cause(law, turn, size), SHORT) for turn in near or grid.tolist()]
     found = _apart(part, found)
     while part is not few:
         reach *= FARTHER[1]
