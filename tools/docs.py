@@ -50,7 +50,7 @@ PICTURE = re.compile(r"!\[[^]]*\]\(made/[^)]*\)")
 """A picture that a block makes."""
 LINES = 40
 """Of what a block prints, shown below it."""
-COLUMNS = 4
+COLUMNS = 3
 """Of the table of thumbnails."""
 
 
@@ -151,7 +151,7 @@ def headline(page: Path) -> tuple[str, str]:
     head = re.search(r"^# (.*)$", text, re.MULTILINE)
     assert head, page
     paragraphs = re.split(r"\n\s*\n|\n(?=[#`|])", re.sub(r"^```.*?^```$", "", text[head.end() :], flags=re.M | re.S))
-    first = next((one for one in map(str.strip, paragraphs) if re.match(r"[A-Z*`\[]", one)), "")
+    first = next((one for one in map(str.strip, paragraphs) if re.match(r"[\w*`\[]", one)), "")
     plain = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", " ".join(first.replace("*", "").split()))
     sentence = re.match(r".*?\.(?=\s|$)", plain)
     return head[1].replace("`", ""), (sentence[0] if sentence else plain)

@@ -256,6 +256,19 @@ def test_the_page_of_errors_has_every_note_of_a_diagnosis():
     assert [kind for kind in sorted(kinds) if f"`{kind}`" not in text] == []
 
 
+def test_thumbnails_lead_to_the_sections_of_the_gallery(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    page = tmp_path / "gallery.md"
+    page.write_text((ROOT / "docs" / "site" / "gallery.md").read_text(encoding="utf-8"), encoding="utf-8")
+    importlib.import_module("docs").thumbnails(page)
+    head, *sections = page.read_text(encoding="utf-8").split("\n## ")
+    targets = re.findall(r"\[!\[[^]]{20,}\]\(made/\w+\.png\)\{width=180px\}\]\(#([\w-]+)\)", head)
+    assert targets == re.findall(r"\[[\w ]+\]\(#([\w-]+)\)", head)
+    assert len(targets) == len(sections) > 5
+    assert set(targets) <= anchors(page)
+    assert page.read_text(encoding="utf-8").count("](made/") > len(sections)
+
+
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
     pytest.importorskip("sphinx")
