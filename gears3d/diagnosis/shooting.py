@@ -16,14 +16,23 @@ import numpy as np
 from gears3d.diagnosis.body_kernels import swayed, swing
 from gears3d.diagnosis.evidence import roots_of
 from gears3d.diagnosis.prediction import GEARS, deviation, reading_error
-from gears3d.diagnosis.shooting_kernels import BOUNCES, SETTLES, carried, follow, read, shoot, slowing
+from gears3d.diagnosis.shooting_kernels import (
+    BOUNCES,
+    SETTLES,
+    body_of,
+    carried,
+    film_of,
+    follow,
+    read,
+    shoot,
+    slowing,
+    torques_of,
+)
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.flanks import perfect
-from gears3d.measured.drive_motion import NEXT as MULTIPLES
 
 if TYPE_CHECKING:
     from gears3d.effects import Row
-    from gears3d.measured.drive_motion import Curve
     from gears3d.measured.segmentation import Track
     from gears3d.scenario import Scenario
 
@@ -52,8 +61,6 @@ NOISE = 1.5
 looked for."""
 NEXT = 1e-3
 """Units that starts between films of oil are moved by, for slopes."""
-UNSEEN = 2.0
-"""Standard deviations that a harmonic of the drive may have that was not found: half of what it must have to be."""
 FLUNG = 4.0
 """Rates of a start that a unit of the rate of a twist is: an impact of a gear that fell across the backlash gives 2."""
 KICKS = 16
@@ -163,7 +170,7 @@ class Windows:
             return np.array(made).reshape(-1, NODES)
 
         self.drive: tuple[Array, ...] = driven(0), driven(1), driven(2)
-        self.unsure = [_unsure(one) for one in curves]
+        self.unsure = [one.unsure for one in curves]
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
         self.roots = [
@@ -605,24 +612,6 @@ class WithoutStarts:
         return columns - self._windows._gathered(along, columns)
 
 
-def _unsure(curve: Curve) -> list[tuple[float, float]]:
-    """Return circular frequencies [rad/s] of a drive's harmonics, and by how much each may be wrong [rad].
-
-    Those of the next multiples of the strongest may have been missed, too, or be hidden by the encoder's counts.
-    """
-    waves = curve.waves
-    if not len(waves.turns):
-        return []
-    first = float(waves.turns[np.argmax(np.abs(waves.sizes) * waves.turns)])
-    sigma = waves.sigma / np.sqrt(len(waves.turns))
-    made = [(turn, sigma) for turn in waves.turns.tolist()]
-    for turn in first * np.arange(2.0, MULTIPLES + 1.0):
-        if np.min(np.abs(waves.turns - turn)) > 0.01 * first:
-            sizes = [size for other, size in waves.hidden if abs(other - turn) < 0.01 * first]
-            made.append((float(turn), max(UNSEEN * sigma, *sizes, 0.0)))
-    return made
-
-
 class _Run(NamedTuple):
     """What a rig does in all windows.
 
@@ -809,31 +798,3 @@ class Linearised:
 def _along(own: Array, dense: Array) -> Array:
     """Return the parts of vectors, (w, n), that lie along others, which are orthonormal or zero, (w, p, n)."""
     return (own.transpose(0, 2, 1) @ (own @ dense[:, :, None]))[:, :, 0]
-
-
-def film_of(rows: Sequence[Row]) -> Array:
-    """Return oil, compliance and friction of flanks among normal forms as the kernels have them, (9,); else empty."""
-    films, springs = ([row.p for row in rows if row.code == code] for code in (Code.GAP_FILM, Code.GAP_SPRING))
-    if not films and not springs:
-        return np.zeros(0)
-    made = np.zeros(9)
-    if films:
-        made[:6] = films[0][:6]
-    made[6:8] = np.sum([one[:2] for one in springs], axis=0) if springs else 0.0
-    made[8] = sum(row.p[0] for row in rows if row.code == Code.TORQUE_FRICTION)
-    return made
-
-
-def body_of(rows: Sequence[Row]) -> Array:
-    """Return inertia, stiffness, damping and half of the play of a body that the gear carries, (4,); else empty."""
-    own = [row.p for row in rows if row.code == Code.TORQUE_CARRIED]
-    return np.array([*own[0][:3], 0.5 * own[0][3]]) if own else np.zeros(0)
-
-
-def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:
-    """Return torques as the kernels have them: code, gate, three numbers."""
-    made = [[float(Code.TORQUE_CONSTANT), 0.0, drag, 0.0, 0.0]] if drag else []
-    for row in rows:
-        if 100 < row.code < 200 and row.code not in (Code.TORQUE_FRICTION, Code.TORQUE_CARRIED):
-            made.append([float(row.code), float(row.gate), *[*row.p, 0.0, 0.0, 0.0][:3]])
-    return np.array(made, dtype=float).reshape(-1, 5)

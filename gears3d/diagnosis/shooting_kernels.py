@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from gears3d.effects import Code
 from gears3d.kernels import njit
 from gears3d.lumped.compile import tight
+
+if TYPE_CHECKING:
+    from gears3d.effects import Row
 
 Array = np.ndarray
 # Types of events of a window: an impact, one whose bounces all end within half a step, and contact loss.
@@ -416,3 +423,31 @@ def follow(
                 v += 0.5 * lasts * (a + b)
             else:
                 s, v = _at(active[w] if now == 1 else reverse[w], i, 1.0, h)
+
+
+def film_of(rows: Sequence[Row]) -> Array:
+    """Return oil, compliance and friction of flanks among normal forms as the kernels have them, (9,); else empty."""
+    films, springs = ([row.p for row in rows if row.code == code] for code in (Code.GAP_FILM, Code.GAP_SPRING))
+    if not films and not springs:
+        return np.zeros(0)
+    made = np.zeros(9)
+    if films:
+        made[:6] = films[0][:6]
+    made[6:8] = np.sum([one[:2] for one in springs], axis=0) if springs else 0.0
+    made[8] = sum(row.p[0] for row in rows if row.code == Code.TORQUE_FRICTION)
+    return made
+
+
+def body_of(rows: Sequence[Row]) -> Array:
+    """Return inertia, stiffness, damping and half of the play of a body that the gear carries, (4,); else empty."""
+    own = [row.p for row in rows if row.code == Code.TORQUE_CARRIED]
+    return np.array([*own[0][:3], 0.5 * own[0][3]]) if own else np.zeros(0)
+
+
+def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:
+    """Return torques as the kernels have them: code, gate, three numbers."""
+    made = [[float(Code.TORQUE_CONSTANT), 0.0, drag, 0.0, 0.0]] if drag else []
+    for row in rows:
+        if 100 < row.code < 200 and row.code not in (Code.TORQUE_FRICTION, Code.TORQUE_CARRIED):
+            made.append([float(row.code), float(row.gate), *[*row.p, 0.0, 0.0, 0.0][:3]])
+    return np.array(made, dtype=float).reshape(-1, 5)

@@ -51,6 +51,8 @@ NEXT, SURE = 4, 4.0
 # that of counts, it consists of lines. Chosen on two rigs of the benchmark, space 80 (true ones at 1.43 and more) and
 # space 90 (none true, the strongest at 1.33).
 OTHERS, OVER = 5, 1.4
+# Standard deviations that a harmonic may have that was not found: half of what it must have to be.
+UNSEEN = 2.0
 # Change of speed over mean speed from which on a record is called a run-up; controlled drives hold 1 % or better.
 RUN_UP = 0.02
 # Amplitude over that of the strongest harmonic from which on a harmonic of lower order may set the period.
@@ -492,6 +494,24 @@ class Curve:
     def derivative(self) -> Callable[[np.ndarray], np.ndarray]:
         """Return the speed over time."""
         return lambda time: self(time, 1)
+
+    @property
+    def unsure(self) -> list[tuple[float, float]]:
+        """Circular frequencies [rad/s] of harmonics, and by how much each may be wrong [rad].
+
+        Those of the next multiples of the strongest may have been missed, too, or be hidden by the encoder's counts.
+        """
+        waves = self.waves
+        if not len(waves.turns):
+            return []
+        first = float(waves.turns[np.argmax(np.abs(waves.sizes) * waves.turns)])
+        sigma = waves.sigma / np.sqrt(len(waves.turns))
+        made = [(turn, sigma) for turn in waves.turns.tolist()]
+        for turn in first * np.arange(2.0, NEXT + 1.0):
+            if np.min(np.abs(waves.turns - turn)) > 0.01 * first:
+                sizes = [size for other, size in waves.hidden if abs(other - turn) < 0.01 * first]
+                made.append((float(turn), max(UNSEEN * sigma, *sizes, 0.0)))
+        return made
 
     @property
     def bends(self) -> float:
