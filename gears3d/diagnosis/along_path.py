@@ -76,7 +76,8 @@ class AlongPath(NamedTuple):
     def accounts(self) -> bool:
         """Whether the path comes true to its noise, or to the smallest size of a cause."""
         near = self.path.after <= ACCOUNTS or self.path.missed <= SMALLEST * self.windows.backlash
-        return near and self.path.parted <= PARTED
+        leaves = self.path.after > NOISE and self.path.after - 1.0 > LEAVES * (self.path.before - 1.0)
+        return near and self.path.parted <= PARTED and not (self.path.causes and leaves)
 
     def holds_of(self, records: Sequence[Evidence]) -> bool:
         """Return whether the path comes true in each of some records; restitution that scatters predicts none.
