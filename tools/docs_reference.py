@@ -77,12 +77,12 @@ def scenario() -> str:
 
 def record_map() -> str:
     """Return the page of all keys of a record map, from its JSON Schema."""
-    from gears3d.measured.readers.map_model import RecordMap
+    from gears3d.measured.readers.maps import RecordMap
 
     schema = RecordMap.model_json_schema(by_alias=True)
     page = [
         "# Record map",
-        "Keys of `record.toml`, format 1, made from `gears3d.measured.readers.map_model`. "
+        "Keys of `record.toml`, format 1, made from `gears3d.measured.readers.maps`. "
         "[Contracts](../docs/contracts.md#measured-record) state how they work together. "
         "`[[record]]` has a file and every key above, over the common ones.",
         f"## top level\n\n{map_table(schema, schema)}",

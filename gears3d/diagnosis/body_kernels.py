@@ -65,13 +65,71 @@ def _swung(
 
 
 @tight
+def _falls(
+    t: float, f: float, rest: float, i: int, angle: Array, speed: Array, rate: Array, about: Array, ahead: float,
+    torques: Array, pulled: float, s: float, v: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Return, for the rest of a step in flight, acceleration without the spring and its rate, of path and of twist."""
+    r1, r2, lever = about[0], about[1], about[2]
+    q = _slowed(
+        t, ahead + (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2,
+        (v + r1 * (speed[i] + f * (speed[i + 1] - speed[i]))) / r2, 0, torques, lever,
+    )  # fmt: skip
+    p = q - r1 * (rate[i] + f * (rate[i + 1] - rate[i]))
+    a = p + pulled
+    s1, v1 = s + v * rest + 0.5 * a * rest**2, v + a * rest
+    end = _slowed(t + rest, ahead + (s1 + r1 * angle[i + 1]) / r2, (v1 + r1 * speed[i + 1]) / r2, 0, torques, lever)
+    return p, (end - r1 * rate[i + 1] - p) / rest, q / r2, (end - q) / rest / r2
+
+
+@tight
+def _rests(
+    t: float, last: float, step: float, i: int, angle: Array, speed: Array, rate: Array, own: Array, sign: float,
+    mode: int, about: Array, ahead: float, torques: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Return, for a step in contact, what would part the gear from its flank, the flank's turn, and their changes."""
+    r1, r2, lever = about[0], about[1], about[2]
+    bend, bent = _bent(own, i, step), _bent(own, i + 1, step)
+    lean, (place, leans) = _at(own, i, 0.0, step)[1], _at(own, i, 1.0, step)
+    p = _slowed(t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever)
+    p = sign * (p - r1 * rate[i] - bend)
+    jerk = _slowed(
+        last, ahead + (place + r1 * angle[i + 1]) / r2, (leans + r1 * speed[i + 1]) / r2, mode, torques, lever
+    )
+    jerk = sign * (jerk - r1 * rate[i + 1] - bent) - p
+    q = (bend + r1 * rate[i]) / r2
+    return p, jerk, q, (bent + r1 * rate[i + 1]) / r2 - q
+
+
+@tight
+def _meets(
+    own: Array, sign: float, i: int, f: float, step: float, h: float, s: float, v: float, d: float, w: float,
+    now: float, jerk: float, back: float, slip: float, lever: float, free: float, body: Array,
+) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
+    """Return when the gear meets a flank, the flank's place and rate there, and the state."""
+    before, after, m = 0.0, h, h
+    for _ in range(50):  # Newton steps, bisection where they leave the bracket
+        here, lean = _at(own, i, f + m / step, step)
+        s1, v1, _, _ = _swung(m, s, v, d, w, now, jerk, back, slip, lever, free, body)
+        off, slope = sign * (s1 - here), sign * (v1 - lean)
+        before, after = (m, after) if off >= 0.0 else (before, m)
+        way = off / slope if slope != 0.0 else h
+        if after - before < 1e-13 * h or abs(way) < 1e-14 * h:
+            break
+        m = m - way if before < m - way < after else 0.5 * (before + after)
+    here, lean = _at(own, i, f + m / step, step)
+    s1, v1, d1, w1 = _swung(m, s, v, d, w, now, jerk, back, slip, lever, free, body)
+    return m, here, lean, s1, v1, d1, w1
+
+
+@tight
 def _window(
     begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
     ahead: float, torques: Array, laws: Array, body: Array, kicks: Array, s: float, v: float, d: float, w: float,
     mode: int, path: Array, pace: Array, twist: Array, events: Array,
 ) -> int:  # fmt: skip
     """Integrate one window, interrupted at impacts and contact losses; events as without a body."""
-    r1, r2, lever = about[0], about[1], about[2]
+    r2, lever = about[1], about[2]
     free = lever / r2 + 1.0 / body[0]
     finest, hung = _finest(body, free), _finest(body, 1.0 / body[0])
     nodes, count, struck = len(angle), 0, 0
@@ -86,20 +144,10 @@ def _window(
             if mode == 0:
                 if known != 0:
                     known, since = 0, 0.0
-                    t = begin + (i + f) * step
-                    q = _slowed(
-                        t, ahead + (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2,
-                        (v + r1 * (speed[i] + f * (speed[i + 1] - speed[i]))) / r2, 0, torques, lever,
+                    p, jerk, q, slip = _falls(
+                        begin + (i + f) * step, f, rest, i, angle, speed, rate, about, ahead, torques,
+                        lever * _pull(body, d, w), s, v,
                     )  # fmt: skip
-                    p = q - r1 * (rate[i] + f * (rate[i + 1] - rate[i]))
-                    a = p + lever * _pull(body, d, w)
-                    s1, v1 = s + v * rest + 0.5 * a * rest**2, v + a * rest
-                    end = _slowed(
-                        t + rest, ahead + (s1 + r1 * angle[i + 1]) / r2, (v1 + r1 * speed[i + 1]) / r2, 0, torques,
-                        lever,
-                    )  # fmt: skip
-                    jerk, slip = (end - r1 * rate[i + 1] - p) / rest, (end - q) / rest / r2
-                    q = q / r2
                 h = min(rest, finest)
                 h = rest if rest - h < 0.1 * h else h
                 now, back = p + since * jerk, q + since * slip
@@ -118,18 +166,9 @@ def _window(
                     continue
                 own, sign, mode = (active, 1.0, 1) if s1 < low else (reverse, -1.0, 2)
                 known = -1
-                before, after, m = 0.0, h, h
-                for _ in range(50):  # Newton steps, bisection where they leave the bracket
-                    here, lean = _at(own, i, f + m / step, step)
-                    s1, v1, d1, w1 = _swung(m, s, v, d, w, now, jerk, back, slip, lever, free, body)
-                    off, slope = sign * (s1 - here), sign * (v1 - lean)
-                    before, after = (m, after) if off >= 0.0 else (before, m)
-                    way = off / slope if slope != 0.0 else h
-                    if after - before < 1e-13 * h or abs(way) < 1e-14 * h:
-                        break
-                    m = m - way if before < m - way < after else 0.5 * (before + after)
-                here, lean = _at(own, i, f + m / step, step)
-                s1, v1, d1, w1 = _swung(m, s, v, d, w, now, jerk, back, slip, lever, free, body)
+                m, here, lean, s1, v1, d1, w1 = _meets(
+                    own, sign, i, f, step, h, s, v, d, w, now, jerk, back, slip, lever, free, body
+                )
                 hits = v1 - lean
                 e = laws[0] + laws[1] * abs(hits) + 0.5 * sign * laws[2]
                 if struck < len(kicks):
@@ -145,31 +184,19 @@ def _window(
                     mode, what = 0, BOUNCES  # otherwise all its bounces end within half a step
                 else:
                     e = 0.0
-                s, v, d, w = here, lean - e * hits, d1, w1 + (1.0 + e) * hits / r2
-                rest -= m
+                s, v, d, w, rest = here, lean - e * hits, d1, w1 + (1.0 + e) * hits / r2, rest - m
                 if count < len(events):
                     events[count, 0], events[count, 1], events[count, 2] = i, 1.0 - rest / step, what
-                    events[count, 3], events[count, 4], events[count, 5] = sign, hits, e
-                    events[count, 6] = a
+                    events[count, 3], events[count, 4], events[count, 5], events[count, 6] = sign, hits, e, a
                     count += 1
             else:
                 own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
                 if known != mode:
                     known = mode
-                    t = begin + (i + f) * step
-                    bend, bent = _bent(own, i, step), _bent(own, i + 1, step)
-                    lean, (place, leans) = _at(own, i, 0.0, step)[1], _at(own, i, 1.0, step)
-                    p = _slowed(
-                        t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever
-                    )
-                    p = sign * (p - r1 * rate[i] - bend)
-                    jerk = _slowed(
-                        begin + (i + 1) * step, ahead + (place + r1 * angle[i + 1]) / r2,
-                        (leans + r1 * speed[i + 1]) / r2, mode, torques, lever,
+                    p, jerk, q, slip = _rests(
+                        begin + (i + f) * step, begin + (i + 1) * step, step, i, angle, speed, rate, own, sign, mode,
+                        about, ahead, torques,
                     )  # fmt: skip
-                    jerk = sign * (jerk - r1 * rate[i + 1] - bent) - p
-                    q = (bend + r1 * rate[i]) / r2
-                    slip = (bent + r1 * rate[i + 1]) / r2 - q
                 h = min(rest, hung)
                 h = rest if rest - h < 0.1 * h else h
                 first = p + f * jerk + sign * lever * _pull(body, d, w)
@@ -190,8 +217,8 @@ def _window(
                 (s, v), mode = _at(own, i, f + m / step, step), 0
                 rest -= m
                 if count < len(events):
-                    events[count, 0], events[count, 1], events[count, 2] = i, 1.0 - rest / step, LEAVES
-                    events[count, 3] = sign
+                    events[count, 0], events[count, 1] = i, 1.0 - rest / step
+                    events[count, 2], events[count, 3] = LEAVES, sign
                     count += 1
             if rest <= 1e-12 * step:
                 break
