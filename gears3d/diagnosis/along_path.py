@@ -200,7 +200,8 @@ class AlongPath(NamedTuple):
     def _denies(self, records: Sequence[Evidence], cause: Cause, turned: Sequence[tuple[float, float]]) -> bool:
         """Return whether the path, which is that of the rig as it is, would show a cause and does not."""
         numbers = cause.numbers.copy()
-        numbers[: 2 if cause.candidate.phased else 1] *= LITTLE
+        if cause.candidate.kind not in FAINT:  # which have no slope where they begin
+            numbers[: 2 if cause.candidate.phased else 1] *= LITTLE
         seen = against(self.windows, [cause._replace(numbers=numbers)], turned)
         if seen is None:
             return False
