@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 LEAVES = 0.5
-"""Part of the path's error beyond noise that causes may leave at most where it does not come true."""
+"""Part of the path's error beyond noise that causes may leave at most."""
 FAINT = ("mesh_drag",)
 """Causes that are felt only where a flank is left: the moments of that show what the path hardly does."""
 UNSEEN = ("drive_motion",)
@@ -76,8 +76,12 @@ class AlongPath(NamedTuple):
     def accounts(self) -> bool:
         """Whether the path comes true to its noise, or to the smallest size of a cause."""
         near = self.path.after <= ACCOUNTS or self.path.missed <= SMALLEST * self.windows.backlash
-        leaves = self.path.after > NOISE and self.path.after - 1.0 > LEAVES * (self.path.before - 1.0)
-        return near and self.path.parted <= PARTED and not (self.path.causes and leaves)
+        leaves = self.path.causes and self.path.after > NOISE and self._leaves(self.path.after)
+        return near and self.path.parted <= PARTED and not leaves
+
+    def _leaves(self, level: float) -> bool:
+        """Return whether causes with that level of the path leave most of its error beyond noise."""
+        return level - 1.0 > LEAVES * max(self.path.before - 1.0, 1e-9)
 
     def holds_of(self, records: Sequence[Evidence]) -> bool:
         """Return whether the path comes true in each of some records; restitution that scatters predicts none.
@@ -187,8 +191,7 @@ class AlongPath(NamedTuple):
         if seen is None:
             return dict.fromkeys(range(len(causes)), False)
         if not self.accounts:
-            leaves = (seen.level - 1.0) / max(self.path.before - 1.0, 1e-9)
-            return dict.fromkeys(range(len(causes)), leaves > LEAVES)
+            return dict.fromkeys(range(len(causes)), self._leaves(seen.level))
         known, at, wrong = covariance(records, causes), 0, {}
         for k, (cause, other) in enumerate(zip(causes, seen.causes, strict=True)):
             own = slice(at, at + len(cause.numbers))

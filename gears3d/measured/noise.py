@@ -57,7 +57,8 @@ SLIGHT = 0.1
 PASSES = 2
 # Part of the strongest order's amplitude below which another one may be a side band of it.
 FAINT = 0.005
-# Largest slope of an interpolation error over the angle: at 5 % of a line; larger waves are motion or rounding.
+# Largest slope of an interpolation error over the angle, that of 5 % of its period (2·pi·0.05); typical errors are
+# 0.1 to 1 % of a line. Larger waves are motion or rounding.
 STEEPEST = 0.3
 # Part of the changes that must come after the same number of repeated readings, for an update rate to be stated.
 HELD_SHARE = 0.6
@@ -222,8 +223,8 @@ def estimate_noise(
     grows faster than a random walk is motion. Interpolation errors are harmonics of integer order in the angle itself.
 
     ``time``: of the readings [s], rising, (n,); ``angle``: [rad], (n,); ``white``: standard deviation of a reading
-    where it is known [rad]; else it is measured; ``count``: of the encoder, where it is known [rad]: on whole counts,
-    orders beyond those of a revolution look like slow ones. Returns the model.
+    where it is known [rad]; else it is measured; ``count``: of the encoder, where it is known [rad]: on whole counts, N
+    in a revolution, the orders N - 2 and N + 2 have the values of order 2. Returns the model.
 
     Source: Riley 2008 (NIST SP 1065), 5.2.9 Hadamard variance; Heydemann 1981 (Appl. Opt. 20, 3382).
     Theory: docs/theory/measuring.md.
