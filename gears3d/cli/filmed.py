@@ -1,4 +1,4 @@
-"""Input of camera and replay: a run folder, a folder of ``measure``, or a measured record with its rig."""
+"""Input of camera and replay: a run folder, a folder of ``segment``, or a measured record with its rig."""
 
 from __future__ import annotations
 

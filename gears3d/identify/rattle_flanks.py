@@ -8,13 +8,21 @@ import numpy as np
 
 from gears3d.identify.contact import Contact as Places
 from gears3d.identify.orders import Fit, Line, Lines
-from gears3d.measured.segmentation.orders import POOR, STRAY, Contact, columns_of, resolved, strongest
+from gears3d.measured.segmentation.orders import (
+    POOR,
+    STRAY,
+    Contact,
+    columns_of,
+    fluctuation_order,
+    in_step,
+    resolved,
+    strongest,
+)
 from gears3d.measured.segmentation.results import place_slack, within
 from gears3d.signals.orders import (
     GEARS,
     colour_of,
     each_alone,
-    off_multiples,
     phasors_of,
     trimmed,
 )
@@ -27,9 +35,6 @@ if TYPE_CHECKING:
 FEWEST = 200  # blocks in contact with a flank, below which no order of it is sought
 ROWS = 20_000  # blocks that are fitted at most
 DISTINCT = 0.2  # part of an order that the other terms must leave: a variance inflation factor of 5
-PERIODS = 2  # of the fluctuation after which a rattling motion often repeats
-LOCKED_PERIODS = 6  # the same where the fluctuation is locked to the rotation: all that repeats is an order then
-COMMON = 3  # power of the strongest line of the drive over that of the next, from which on it is the fluctuation
 
 
 def rattle_flanks(
@@ -46,7 +51,7 @@ def rattle_flanks(
     if seen:
         tops = [resolved(cut.path.drive, cut.path.loose) for cut in cuts]
         highest = (min(top[0] for top in tops), min(top[1] for top in tops))
-        barred = _in_step(highest, steps, ratio)
+        barred = in_step(highest, steps, ratio)
         if barred:
             notes.append(
                 f"{len(barred)} of {sum(highest)} orders are in step with the drive's fluctuation "
@@ -79,46 +84,6 @@ def _places(one: Contact, cuts: Sequence[Segments]) -> Places:
     count, file = np.ones(len(drive)), np.argmax(one.base[:, ::2] != 0.0, axis=1)
     turn = np.floor(drive / (2.0 * np.pi)).astype(int) + 1_000_000 * file
     return Places(drive, loose, one.place, count, file, turn, 0.0 * drive, 2.0 * np.pi * turns / len(drive), 1.0)
-
-
-def fluctuation_order(time: np.ndarray, drive: np.ndarray) -> tuple[float, float] | None:
-    """Return the order of the drive's strongest fluctuation and its uncertainty; ``None`` without one.
-
-    >>> time = np.linspace(0.0, 10.0, 20_001)
-    >>> [round(part, 2) for part in fluctuation_order(time, 30.0 * time + 0.02 * np.sin(75.0 * time))]
-    [2.5, 0.02]
-    """
-    from scipy.signal import detrend
-
-    turns = float(np.ptp(drive)) / (2.0 * np.pi)
-    if turns < 1.0 or len(time) < 64:
-        return None
-    even = np.linspace(time[0], time[-1], min(len(time), ROWS))
-    x = np.linspace(-1.0, 1.0, len(even))
-    angle = np.interp(even, time, drive)
-    slow = np.polynomial.chebyshev.chebvander(x, 3)
-    rest = detrend(angle - slow @ np.linalg.lstsq(slow, angle, rcond=None)[0])
-    size = np.abs(np.fft.rfft(rest * np.hanning(len(rest)), 8 * len(rest)))
-    size *= np.arange(len(size))  # of the speed: slow drift of the angle is not a fluctuation
-    top = int(np.argmax(size))
-    away = np.abs(np.arange(len(size)) - top) > 32  # beyond the window's own width
-    if not top or size[top] < COMMON * np.quantile(size[away], 0.99):
-        return None
-    return top / (8.0 * turns), 1.0 / turns
-
-
-def _in_step(highest: tuple[int, int], steps: list[tuple[float, float]], ratio: float) -> list[tuple[str, int]]:
-    """Return the orders of both gears that are multiples of a fluctuation's order or of its subharmonics."""
-    barred = []
-    for gear, scale in ((0, 1.0), (1, ratio)):
-        order = scale * np.arange(1, highest[gear] + 1)
-        near = np.zeros(len(order), bool)
-        for base, slack in steps:
-            locked = abs(2.0 * base - round(2.0 * base)) < 2.0 * slack and round(2.0 * base) > 0
-            for part in range(1, (LOCKED_PERIODS if locked else PERIODS) + 1):
-                near |= off_multiples(order, base / part) < slack
-        barred += [(GEARS[gear], int(k) + 1) for k in np.flatnonzero(near)]
-    return barred
 
 
 def _contact(cuts: Sequence[Segments], flank: int) -> Contact | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gears3d.measured.checks.view import MESH, PERIOD, Band, Finding, Places, View
 from gears3d.signals import robust_deviation
-from gears3d.signals.orders import harmonics, phasors_of
+from gears3d.signals.orders import harmonics, off_multiples, phasors_of
 
 # A delay τ of the loose gear's channel takes Rb2·ω(t)·τ from the displacement. In contact nothing else is in phase with
 # the speed: tooth compliance follows the acceleration, transmission error follows the angles. Where the drive's motion
@@ -289,12 +289,11 @@ def correct_waves(columns: dict[str, np.ndarray], findings: list[Finding]) -> di
 
 
 def _told(view: View, band: Band, found: Places, name: str, order: int) -> list[Finding]:
-    wave = found.waves[name, order]
-    equal = (MESH[1], order) not in found.waves
+    wave, radii = found.waves[name, order], view.declared.radii or (1.0, 1.0)
+    equal = abs(radii[0] / radii[1] - 1.0) < 1e-6
     seen = f"transmission error of the active flank has {1e6 * abs(wave):.4g} um (± {1e6 * found.sigma:.2g}) "
     seen += f"at order {order} "
     seen += "of both gears" if equal else f"of {name}"
-    radii = view.declared.radii or (1.0, 1.0)
     if name == MESH[0] and (own := _carried(view, band, order)) is not None and _same(own, -wave / radii[0]):
         seen += f"; {name} has this order with {abs(own):.3g} rad and the loose gear does not follow: "
         seen += "its encoder is eccentric"
@@ -312,8 +311,20 @@ def _told(view: View, band: Band, found: Places, name: str, order: int) -> list[
             return [_encoder(MESH[1], order, own, seen)]
         if abs(own) < 3.0 * sigma and abs(meant) > WAVE * sigma:
             return []
-    remedy = "rotate an encoder on its shaft, or record flights; `measure` attributes this order to the flanks"
+    if _in_step(band, name, order):
+        return []
+    remedy = "rotate an encoder on its shaft, or record flights; `gears3d segment` attributes this order to the flanks"
     return [Finding("wave", name, abs(wave), "m", f"{seen}: either an eccentric encoder or the gears", remedy)]
+
+
+def _in_step(band: Band, name: str, order: int) -> bool:
+    """Return whether an order has the frequency of the drive's fluctuation, or a multiple: rattle itself has these."""
+    angle, lasting = band.drive if name == MESH[0] else band.loose, float(band.time[-1] - band.time[0])
+    turns = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
+    periods = band.frequency * lasting
+    return (
+        periods > 0.0 and order * turns > periods - 1.0 and off_multiples(np.array([order * turns]), periods)[0] < 1.0
+    )
 
 
 def _same(one: complex, other: complex) -> bool:

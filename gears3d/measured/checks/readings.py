@@ -394,16 +394,17 @@ def _of_channel(view: View, name: str, jumps: Jumps) -> list[Finding]:
     rows, sizes = jumps.row[~spike], jumps.size[~spike]
     if len(rows) > REMOVED and _are_motion(view, name, rows, sizes):
         worst = float(sizes[np.argmax(np.abs(sizes))])
-        told = (
-            f"changes {len(rows)} times within one row, by up to {_counts(view, name, worst)}, first in row {rows[0]},"
-        )
+        told = f"changes {len(rows)} times within one row, by up to {worst:.4g} rad ({_counts(view, name, worst)}),"
+        told += f" first in row {rows[0]},"
         told += " and yet the gears stay within the backlash, which they would not if these changes were removed"
         remedy = "record faster: impacts are too close together for this sample rate"
         some = tuple(map(int, rows[:TOLD]))
         return [*found, Finding("jumps", name, worst, "rad", told, remedy, rows=some)]
     if len(rows) > TOLD:
         worst = float(sizes[np.argmax(np.abs(sizes))])
-        told = f"jumps {len(rows)} times, by up to {_counts(view, name, worst)}, first in row {rows[0]}"
+        told = (
+            f"jumps {len(rows)} times, by up to {worst:.4g} rad ({_counts(view, name, worst)}), first in row {rows[0]}"
+        )
         some = tuple(map(int, rows[:TOLD]))
         return [*found, Finding("jumps", name, worst, "rad", told, "do not use this encoder", True, rows=some)]
     for row, size, usual in zip(rows, sizes, jumps.usual[~spike], strict=True):

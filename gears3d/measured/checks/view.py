@@ -449,6 +449,8 @@ FLIES = 0.02
 FEWEST = 5
 # Part of the backlash within which contact near the lowest of a window is that of the same flank.
 BESIDE = 0.1
+# Part of a wave that other columns leave at least: a variance inflation factor of 50.
+DISTINCT = 0.02
 # Windows at both ends, in which no step is sought.
 SPARE = 4
 
@@ -493,6 +495,7 @@ def places_of(view: View, band: Band) -> Places | None:
     turns = min(abs(float(np.ptp(angle))) / (2 * np.pi) for angle in (band.drive, band.loose))
     if turns < TURNS or len(lowest) < 2 * table.shape[1]:
         return None
+    table, names = _distinct(table, names, lowest)
     waving = table[:, 1:-1] @ _robust(table[lowest], band.place[inside][lowest], 0.1 * band.noise)[0][1:-1]
     near = _near(band.place[inside] - waving, window, lowest, BESIDE * (view.declared.backlash or 0.0))
     rows, at = np.unique(window[near], return_inverse=True)
@@ -510,7 +513,13 @@ def places_of(view: View, band: Band) -> Places | None:
         numbers[:-1], sigma[:-1] = refit[:-1], np.sqrt(np.diag(spread))[:-1]
     waves = dict(zip(names, phasors_of(numbers[1:-1]).tolist(), strict=True))
     return Places(
-        float(numbers[0]), waves, float(sigma[1:-1].max()), float(numbers[-1]), float(sigma[-1]), *step, turns
+        float(numbers[0]),
+        waves,
+        float(sigma[1:-1].max(initial=0.0)),
+        float(numbers[-1]),
+        float(sigma[-1]),
+        *step,
+        turns,
     )
 
 
@@ -549,6 +558,24 @@ def _table(view: View, band: Band, rows: np.ndarray) -> tuple[np.ndarray, list[t
     columns += [harmonics(angles[name], [order]) for name, order in names]
     lasting = float(band.time[-1] - band.time[0])
     return np.column_stack([*columns, (band.time[rows] - band.time[0]) / lasting - 0.5]), names
+
+
+def _distinct(
+    table: np.ndarray, names: list[tuple[str, int]], rows: np.ndarray
+) -> tuple[np.ndarray, list[tuple[str, int]]]:
+    """Return the table and the names without waves that other columns nearly imitate in some rows.
+
+    Where the fluctuation is locked to a revolution, rattle comes back to the flank at some angles only.
+    """
+    kept = list(range(len(names)))
+    for k in reversed(range(len(names))):
+        others = [0, *(1 + 2 * one + j for one in kept if one != k for j in (0, 1)), table.shape[1] - 1]
+        frame, own = np.linalg.qr(table[np.ix_(rows, others)])[0], table[rows, 1 + 2 * k : 3 + 2 * k]
+        left = own - frame @ (frame.T @ own)
+        if np.linalg.eigvalsh(left.T @ left)[0] < DISTINCT * 0.5 * len(rows):
+            kept.remove(k)
+    columns = [0, *(1 + 2 * one + j for one in kept for j in (0, 1)), table.shape[1] - 1]
+    return table[:, columns], [names[one] for one in kept]
 
 
 def _robust(table: np.ndarray, values: np.ndarray, floor: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from math import pi
 from pathlib import Path
@@ -44,6 +45,9 @@ VISIBLE, MOST_VISIBLE = 20_000, 6
 FEW, MOSTLY, UNLIKE = 10, 0.1, 10.0
 # Part of the backlash: a gear that moves more about its flank is not in contact with it all the time.
 MOVES = 0.1
+# Parts of the backlash by which contact of real teeth may differ from that of rigid ones: where the noise is less and
+# rigid flanks do not explain a record, its readings count as no better than that.
+YIELDING = (1e-4, 1e-3)
 
 
 def measure(
@@ -129,6 +133,37 @@ def segments_of(
         NotExplained: flights and contact do not explain the motion.
         InputError: noise and counts hide what happens in the backlash.
     """
+    best, refused = None, None
+    try:
+        best = _rigid(known, rig, file, progress, shapes)
+    except InputError as error:
+        refused = error
+    extent = rig.rig().backlash if rig is not None else float(np.ptp(known.place))
+    for part in YIELDING:
+        if known.noise > part * extent or (best is not None and doubtful(best) < DOUBTFUL):
+            continue
+        with suppress(InputError):
+            coarse = _rigid(_coarser(known, part * extent), rig, file, progress, shapes)
+            best = coarse if best is None or doubtful(coarse) < doubtful(best) else best
+    if best is None:
+        assert refused is not None
+        raise refused
+    return best
+
+
+def _coarser(known: Track, noise: float) -> Track:
+    """Return a path whose readings count as no better than so much [m]."""
+    return replace(known, noise=noise, sigma_loose=np.maximum(known.sigma_loose, noise / known.radii[1]))
+
+
+def _rigid(
+    known: Track,
+    rig: Scenario | None,
+    file: str,
+    progress: Callable[[float], None] | None,
+    shapes: tuple[Shape, ...],
+) -> Segments:
+    """Return the segments of a path; arguments and errors as above."""
     try:
         cut = segment(known, _teeth(rig), file, progress, shapes)
     except (np.linalg.LinAlgError, OverflowError, FloatingPointError) as error:
@@ -287,7 +322,7 @@ def _visible(path: Blocks, known: Track) -> dict[str, Any]:
     base = np.stack([np.ones_like(x), x, x**2], axis=1)
     shown = Contact(base, np.stack([drive, loose]), place, path.stray)
     taken, numbers, covariance = strongest([shown], resolved(path.drive, path.loose), MOST_VISIBLE)
-    found = zip(taken, np.abs(phasors_of(numbers[0, 3:])), deviations(covariance[0, 3:, 3:]), strict=True)
+    found = zip(taken, np.abs(phasors_of(numbers[0][3:])), deviations(covariance[0][3:, 3:]), strict=True)
     orders = [
         {"gear": gear, "order": order, "amplitude_m": float(amplitude), "sigma_m": float(sigma)}
         for (gear, order), amplitude, sigma in found

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.signals import robust_deviation
-from gears3d.signals.orders import GEARS, colour_of, each_alone, harmonics, trimmed
+from gears3d.signals.orders import GEARS, colour_of, each_alone, harmonics, off_multiples, trimmed
 
 # p-value of the strongest of all orders below which it is significant.
 DOUBT = 1e-4
@@ -38,6 +38,14 @@ STRAY = 4.0
 FINE, BINS = 8.0, 8
 # Regularisation of all orders together and of one alone: blocks in contact lie at some angles only.
 RIDGE, POOR = 1e-6, 0.02
+# Readings in which the order of the fluctuation is sought.
+READ = 20_000
+# Of the fluctuation after which a rattling motion often repeats.
+PERIODS = 2
+# The same where the fluctuation is locked to the rotation: all that repeats is an order then.
+LOCKED_PERIODS = 6
+# Power of the strongest line of the drive over that of the next, from which on it is the fluctuation.
+COMMON = 3
 
 
 class Contact(NamedTuple):
@@ -78,7 +86,7 @@ def strongest(
     known: tuple[tuple[str, int], ...] = (),
     quiet: float = QUIET,
     goal: float = 0.0,
-) -> tuple[list[tuple[str, int]], np.ndarray, np.ndarray]:
+) -> tuple[list[tuple[str, int]], list[np.ndarray], list[np.ndarray]]:
     """Return significant orders, one after the other, each with its own phasor on every flank.
 
     ``goal``: standard deviation [m] that must be within reach: no further order takes more than the strongest one.
@@ -100,7 +108,7 @@ def strongest(
         if not _predicts(touched, taken, chosen):
             break
         taken.append(chosen)
-    return taken, np.array([one[0] for one in fits]), np.array([one[1] for one in fits])
+    return taken, [one[0] for one in fits], [one[1] for one in fits]
 
 
 def _out_of_reach(fits: list, power: float, room: int, goal: float) -> bool:
@@ -183,3 +191,43 @@ def _predicts(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[s
                 left.append(float(np.mean(np.square(np.minimum(rest, limit)))))
             gain += (left[0] - left[1]) / max(left[0], 1e-300)
     return gain > 0.0
+
+
+def fluctuation_order(time: np.ndarray, drive: np.ndarray) -> tuple[float, float] | None:
+    """Return the order of the drive's strongest fluctuation and its uncertainty; ``None`` without one.
+
+    >>> time = np.linspace(0.0, 10.0, 20_001)
+    >>> [round(part, 2) for part in fluctuation_order(time, 30.0 * time + 0.02 * np.sin(75.0 * time))]
+    [2.5, 0.02]
+    """
+    from scipy.signal import detrend
+
+    turns = float(np.ptp(drive)) / (2.0 * np.pi)
+    if turns < 1.0 or len(time) < 64:
+        return None
+    even = np.linspace(time[0], time[-1], min(len(time), READ))
+    x = np.linspace(-1.0, 1.0, len(even))
+    angle = np.interp(even, time, drive)
+    slow = np.polynomial.chebyshev.chebvander(x, 3)
+    rest = detrend(angle - slow @ np.linalg.lstsq(slow, angle, rcond=None)[0])
+    size = np.abs(np.fft.rfft(rest * np.hanning(len(rest)), 8 * len(rest)))
+    size *= np.arange(len(size))  # of the speed: slow drift of the angle is not a fluctuation
+    top = int(np.argmax(size))
+    away = np.abs(np.arange(len(size)) - top) > 32  # beyond the window's own width
+    if not top or size[top] < COMMON * np.quantile(size[away], 0.99):
+        return None
+    return top / (8.0 * turns), 1.0 / turns
+
+
+def in_step(highest: tuple[int, int], steps: list[tuple[float, float]], ratio: float) -> list[tuple[str, int]]:
+    """Return the orders of both gears that are multiples of a fluctuation's order or of its subharmonics."""
+    barred = []
+    for gear, scale in ((0, 1.0), (1, ratio)):
+        order = scale * np.arange(1, highest[gear] + 1)
+        near = np.zeros(len(order), bool)
+        for base, slack in steps:
+            locked = abs(2.0 * base - round(2.0 * base)) < 2.0 * slack and round(2.0 * base) > 0
+            for part in range(1, (LOCKED_PERIODS if locked else PERIODS) + 1):
+                near |= off_multiples(order, base / part) < slack
+        barred += [(GEARS[gear], int(k) + 1) for k in np.flatnonzero(near)]
+    return barred

@@ -12,7 +12,16 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.segmentation.displacement import Blocks, Track
 from gears3d.measured.segmentation.flanks import Flanks
 from gears3d.measured.segmentation.flights import ACTIVE, FLIGHT, REVERSE, Runs, Touches, clearance
-from gears3d.measured.segmentation.orders import MOST, STRAY, Contact, columns_of, resolved, strongest
+from gears3d.measured.segmentation.orders import (
+    MOST,
+    STRAY,
+    Contact,
+    columns_of,
+    fluctuation_order,
+    in_step,
+    resolved,
+    strongest,
+)
 from gears3d.measured.segmentation.parabolas import Parabolas
 from gears3d.recording import Recording
 from gears3d.results import Result
@@ -292,14 +301,14 @@ def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -
     touched = Contact(base, np.stack([path.drive[some], path.loose[some]]), path.place[some], floor)
     highest = resolved(path.drive, path.loose)
     taken, numbers, covariance = strongest([touched], highest, most)
-    phasors = phasors_of(numbers[0, base.shape[1] :])
+    phasors = phasors_of(numbers[0][base.shape[1] :])
     amplitude = np.abs(phasors)
     rank = np.argsort(-amplitude, kind="stable")
     found = {
         "gear": np.array([GEARS.index(gear) for gear, _ in taken], int),
         "order": np.array([order for _, order in taken], int),
         "amplitude_m": amplitude,
-        "sigma_m": deviations(covariance[0, base.shape[1] :, base.shape[1] :]),
+        "sigma_m": deviations(covariance[0][base.shape[1] :, base.shape[1] :]),
         "phase_rad": np.angle(phasors),
         "share": shares(touched, taken, numbers[0]),
     }
@@ -462,13 +471,32 @@ def explain(cut: Segments) -> Explanation:
 
 
 def backlash_sigma(cut: Segments) -> float:
-    """Return the standard deviation of the mean dead band [m], the scatter between parts of the record included."""
+    """Return the standard deviation of the mean dead band [m].
+
+    It includes the scatter between parts of the record, and orders that are in step with the fluctuation of the drive:
+    at one of its phases rattle meets the reverse flank, and does not distinguish them from the mean.
+    """
     found = cut.flanks.backlash
     assert found is not None
     parts = _gaps(cut)
     known = parts[np.isfinite(parts)]
     scatter = float(np.std(known, ddof=1)) / np.sqrt(len(known)) if len(known) > 2 else 0.0
-    return float(np.hypot(found[1], scatter))
+    return float(np.hypot(np.hypot(found[1], scatter), _in_step(cut)))
+
+
+def _in_step(cut: Segments) -> float:
+    """Return the root mean square of the dead band's orders in step with the drive's fluctuation [m]."""
+    terms, gap, step = cut.flanks.terms, cut.flanks.gap, fluctuation_order(cut.path.time, cut.path.drive)
+    own = [order for kind, order in terms.kinds if kind in GEARS]
+    if step is None or gap is None or not own:
+        return 0.0
+    barred = in_step((max(own), max(own)), [step], cut.track.radii[0] / cut.track.radii[1])
+    power, at = 0.0, 0
+    for one in terms.kinds:
+        wide = 2 if one[0] in GEARS else 1
+        power += 0.5 * float(np.sum(gap[at : at + wide] ** 2)) if one in barred else 0.0
+        at += wide
+    return float(np.sqrt(power))
 
 
 def _extent(cut: Segments) -> float:

@@ -64,6 +64,9 @@ THROWN = 0.15
 RISEN = 2.0
 # Median chi-square of flights from which the flanks are rejected.
 WRONG = 5.0
+# Part of the dead band behind the reverse flank from which on compliant teeth and errors of encoders bring no gear,
+# and part of the time that the path may be there.
+FAR_BEHIND, BEHIND = 0.2, 0.01
 # Part of the flights that must pass the χ² test, for the flanks to be accepted.
 TOO_FEW = 0.2
 # Numbers of scales of velocity jumps tried, until flights pass the χ² test.
@@ -509,6 +512,9 @@ def _cut_between(
         if turn and not _moved(path, before, flanks):
             break
         cut = cut_along(known, path, flanks, seeds, file)
+    if _behind(path, flanks) > BEHIND:
+        what = "is for a considerable time behind what looks like the reverse flank"
+        raise NotExplained(Fault("theta_loose_rad", what, "record impacts on both flanks, or a smaller backlash", file))
     chi2, sane = cut.segments.flights["chi2"], cut.segments.flights["testifies"]
     if len(chi2) and np.nanmedian(chi2) < WRONG and np.mean(sane) > TOO_FEW:
         return cut.segments
@@ -517,6 +523,14 @@ def _cut_between(
         what = f"moves between what look like flanks, but not as in flight (chi-square {np.nanmedian(chi2):.3g})"
     remedy = "the counts are too coarse, or the flanks too wavy, or nothing rattles"
     raise NotExplained(Fault("theta_loose_rad", what, remedy, file))
+
+
+def _behind(path: Blocks, flanks: Flanks) -> float:
+    """Return the part of the time in which the path is far behind the reverse flank, where a gear cannot be."""
+    if flanks.gap is None:
+        return 0.0
+    low, high = flanks.places(path.time, path.drive, path.loose)
+    return float(np.mean(path.place - high > FAR_BEHIND * (high - low) + clearance(path, flanks)))
 
 
 def _moved(path: Blocks, before: Flanks, now: Flanks) -> bool:
