@@ -10,13 +10,25 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.candidates import Candidate, candidates
-from gears3d.diagnosis.cause import Cause, Fit, contribution, fit
+from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit
 from gears3d.diagnosis.datums import settled, turn
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.hypotheses import Rival
-from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, EXCLUDED, LAWS, OIL, RUB, SCATTER, SMALLEST, SOFT, effects_of
-from gears3d.diagnosis.path_search import Against, Path, against, halves, path_search
+from gears3d.diagnosis.path_fit import (
+    ACCEPT,
+    ACCOUNTS,
+    BODY,
+    EXCLUDED,
+    LAWS,
+    OIL,
+    RUB,
+    SCATTER,
+    SMALLEST,
+    SOFT,
+    effects_of,
+)
+from gears3d.diagnosis.path_search import Against, Path, against, halves, path_search, promised
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.search import ENOUGH, Search, blind, given, in_own_channels
 from gears3d.diagnosis.shooting import NOISE, Windows, shootable
@@ -186,6 +198,11 @@ class AlongPath(NamedTuple):
         told = iter(range(len(causes)))
         return [one.candidate.kind not in UNSEEN and wrong[next(told)] for one in found.fit.causes]
 
+    def denies_scatter(self, value: float) -> bool:
+        """Return whether the path, which is that of the rig as it is, does not show a scatter of the restitution."""
+        own = Candidate(SCATTER, {}, "standard_deviation", 1.0, False, ())
+        return self.agrees and promised(self.windows, begin(own, np.array([value]))) < ACCEPT
+
     def _off(self, records: Sequence[Evidence], causes: Sequence[Cause], seen: Against | None) -> dict[int, bool]:
         """Return which causes the path gives another size, or leaves it as far off with."""
         if seen is None:
@@ -249,7 +266,7 @@ def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | N
     windows = Windows(rigs[0], [known for _, known in tracks], periods, unmarked)
     lasts = max(float(known.time[-1] - known.time[0]) for _, known in tracks)
     rig = replace(rigs[0].rig(), mean_speed=float(np.mean([abs(one.motion.mean) for one in rigs])))
-    asked = [one for one in candidates(rig, lasts, highest) if one.kind not in (*UNSEEN, *FAINT)]
+    asked = [one for one in candidates(rig, lasts, highest) if one.kind not in UNSEEN]
     there = {row.code for row in rigs[0].rows()}
     if rig.face_width > 0.0 and Code.GAP_FILM not in there:
         unit = catalogue()[OIL](viscosity=1e-3).unit_size(rig)
@@ -314,12 +331,13 @@ def _told_apart(found: Search, causes: Sequence[Cause], told: list[list[Rival]])
         tried = [fit(found.records, found.base, [*causes[:k], one.causes[0], *causes[k + 1 :]]) for one in own]
         open_ = [j for j, one in enumerate(own) if not one.excluded]
         best = min(open_, key=lambda j: tried[j].chi2, default=None)
+        none = fit(found.records, found.base, [*causes[:k], *causes[k + 1 :]]).chi2
         level = min([now.chi2, *(tried[j].chi2 for j in open_)]) / max(len(now.rest), 1)
         if level > AGREE:
             continue
         level = max(level, 1.0)
         least, instead = now.chi2, causes[k]
-        if best is not None and tried[best].chi2 < now.chi2 - EXCLUDED * level:
+        if best is not None and tried[best].chi2 < min(now.chi2, none) - EXCLUDED * level:
             least, causes[k] = tried[best].chi2, tried[best].causes[k]
         worse = [each.chi2 - least for each in tried]
         marked = [one._replace(worse=max(one.worse, off), excluded=one.excluded or off > EXCLUDED * level)

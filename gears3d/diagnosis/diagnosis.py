@@ -222,6 +222,8 @@ def _diagnosed(
     if left and not beyond and (law := contact_law_with_others(seen)) is not None:
         return _by_contact_law(admitted_all, rig, notes, law, bodies)
     scatter = own_scatter(records, found, left) if rings is None else None
+    if scatter is not None and whole is not None and whole.denies_scatter(scatter.value):
+        scatter = None
     tell("testing competing hypotheses", 0.85)
     others = rivals(found.records, found)
     accepted = split_accepted(found, others, scatter, short, rig, notes)

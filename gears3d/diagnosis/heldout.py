@@ -203,7 +203,9 @@ def engine_check(
         return EngineCheck((), (), {}, "there is no cause to try")
     if not any(name in ENGINE_CHANNELS for cause in causes for name in cause.candidate.channels):
         return EngineCheck((), (), {}, "the causes have no effect on single flights, impacts or contacts")
-    parts = heldout_parts(records)
+    parts = heldout_parts([one for one in records if len(one.channels.drive.time)])
+    if not parts:
+        return EngineCheck((), (), {}, "no record could be segmented into the flights and contacts that it predicts")
     chosen = np.unique(np.linspace(0, len(parts) - 1, min(HELD_PARTS, len(parts))).round().astype(int))
     told, plain, events = [], [], dict.fromkeys(ENGINE_CHANNELS, 0)
     for done, k in enumerate(chosen):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from math import gcd
 from typing import NamedTuple
@@ -399,16 +399,35 @@ def _driven(windows: Windows, now: State) -> State:
         return now
     weight = windows.weights(along.rest)
     away = windows.without_starts([one * weight for one in along.starts()])
-    rest, beyond, price = away(now.rest * weight), now.rest.copy(), _price(windows, now.causes)
-    level = max(float(np.median(windows.level(now.rest))) * windows.runs(now.rest), 1e-12)
+    explained, price = by_drive(windows, now.rest, columns, away)
+    return now._replace(beyond=now.rest - explained / weight, price=_price(windows, now.causes) + price)
+
+
+def by_drive(
+    windows: Windows, rest: Array, columns: Sequence[tuple[int, Array]], away: Callable[[Array], Array]
+) -> tuple[Array, Array]:
+    """Return what uncertain harmonics of the drive explain of residuals, and the price of that in each window.
+
+    Args:
+        windows: of the residuals.
+        rest: residuals, (n,).
+        columns: how predictions change with each harmonic, with the record of each.
+        away: takes out what starts explain.
+
+    Returns:
+        Weighted part of residuals, (n,), and prices in units of the level, (w,).
+    """
+    weight = windows.weights(rest)
+    left, explained, price = away(rest * weight), np.zeros(len(rest)), np.zeros(len(windows))
+    level = max(float(np.median(windows.level(rest))) * windows.runs(rest), 1e-12)
     for k in range(len(windows.zeros)):
-        own = np.column_stack([np.zeros((len(rest), 0)), *(away(one * weight) for j, one in columns if j == k)])
+        own = np.column_stack([np.zeros((len(left), 0)), *(away(one * weight) for j, one in columns if j == k)])
         if not own.size:
             continue
-        sizes = np.linalg.solve(own.T @ own + level * np.eye(own.shape[1]), own.T @ rest)
-        beyond -= own @ sizes / weight
+        sizes = np.linalg.solve(own.T @ own + level * np.eye(own.shape[1]), own.T @ left)
+        explained += own @ sizes
         price[windows.record == k] += float(sizes @ sizes) / max(int(np.sum(windows.record == k)), 1)
-    return now._replace(beyond=beyond, price=price)
+    return explained, price
 
 
 def _polished(windows: Windows, now: State, rounds: int) -> State:

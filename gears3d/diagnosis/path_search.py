@@ -30,6 +30,7 @@ from gears3d.diagnosis.path_fit import (
     SMALLEST,
     SOFT,
     State,
+    by_drive,
     covariance_of,
     effects_of,
     fall_of,
@@ -170,13 +171,13 @@ def path_search(
         others.append((*fits, *excluded))
     found = referenced(windows, found)
     restore(windows, found)
-    level = windows.level(found.rest)
-    usual = windows.level(windows.missed(effects_of(found.causes)))
+    level, unsure = windows.level(found.rest), _unsure(windows, [found, *(one for own, _ in instead for one in own)])
+    usual, covariance = windows.level(windows.missed(effects_of(found.causes))), covariance_of(windows, found)
     made = Path(
-        found.causes, covariance_of(windows, found), np.array(gains), float(np.median(windows.level(base.rest))),
+        found.causes, covariance, np.array(gains), float(np.median(windows.level(base.rest))),
         float(np.median(level)), float(np.mean(level > FAR * max(float(np.median(level)), 1.0))),
         float(np.sqrt(np.median(usual))), len(windows), tuple(others),
-        _seen(windows, known, found), unsure=_unsure(windows, [found, *(one for own, _ in instead for one in own)]),
+        _seen(windows, known, found, covariance), unsure=unsure,
     )  # fmt: skip
     return _apart(made)
 
@@ -252,11 +253,33 @@ def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[fl
         restore(windows, before)
 
 
-def _seen(windows: Windows, known: Sequence[Candidate], found: State) -> dict[str, float]:
-    """Return the smallest size of causes of one number that the path shows beside others, in units, by kind."""
+def promised(windows: Windows, scatter: Cause) -> float:
+    """Return by how much a scatter of the restitution lowers chi-square over its level, less its price.
+
+    Args:
+        windows: of the records, with starts that fit.
+        scatter: in addition to the rig.
+    """
+    before = state_of(windows, (), windows.read)
+    gain = _promised(windows, state_of(windows, (scatter,), windows.residuals(effects_of([scatter]))))
+    restore(windows, before)
+    return gain
+
+
+def _seen(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:
+    """Return the smallest size of causes of one number that the path shows beside others, in units, by kind.
+
+    Of a cause that is there it is the smallest change; what only a cause larger than any would show is left out.
+    """
     plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*FREE, *LAWS, SCATTER)]
-    scores, level = scores_of(windows, plain, found, -np.inf)
-    return {one.candidate.kind: float(np.sqrt(ACCEPT * level / one.worth)) for one in scores if one.worth > 0.0}
+    there, at = {}, 0
+    for one in found.causes:
+        there[one.candidate.kind] = float(np.sqrt(ACCEPT * covariance[at, at])) / one.candidate.unit
+        at += len(one.numbers)
+    scores, level = scores_of(windows, [one for one in plain if one.kind not in there], found, -np.inf)
+    sizes = {one.candidate.kind: float(np.sqrt(ACCEPT * level / one.worth)) for one in scores if one.worth > 0.0}
+    kinds = {one.kind for one in plain}
+    return {kind: size for kind, size in {**sizes, **there}.items() if size < LARGEST and kind in kinds}
 
 
 def _opened(windows: Windows) -> State:
@@ -725,9 +748,14 @@ def _scattered(windows: Windows, known: Sequence[Candidate], now: State, least: 
 
 def _promised(windows: Windows, now: State) -> float:
     """Return by how much kicks lower chi-square over its level, to first order, less their price."""
-    columns = [one * windows.weights(one) for one in windows.along(effects_of(now.causes)).starts()]
-    rest = now.rest * windows.weights(now.rest)
-    without, within = windows.without_starts(columns[:2])(rest), windows.without_starts(columns)(rest)
-    level = max(float(np.median(windows.level(within))), 1e-12)
-    fall = float(without @ without - within @ within) / (level * windows.runs(within))
-    return fall - float(now.price.sum())
+    along, weight = windows.along(effects_of(now.causes)), windows.weights(now.rest)
+    columns, driven = [one * weight for one in along.starts()], along.driven()
+    left, prices = [], []
+    for own in (columns[:2], columns):
+        away = windows.without_starts(own)
+        explained, price = by_drive(windows, now.rest, driven, away)
+        left.append(away(now.rest * weight - explained))
+        prices.append(float(price.sum()))
+    level = max(float(np.median(windows.level(left[1]))), 1e-12)
+    fall = float(left[0] @ left[0] - left[1] @ left[1]) / (level * windows.runs(left[1]))
+    return fall - (prices[1] - prices[0]) - float(now.price.sum())

@@ -53,6 +53,8 @@ LONGEST, SHORTEST = 0.7, 14.0
 FARTHER, KEPT, SAME = (2.2, 1.4), 4, 3e-3
 """Times the first flight that windows are long in the fits of all frequencies, and times as long in each later one;
 fits that are kept after the first, and part of its frequency by which another must differ to be another."""
+HELPS = 0.5
+"""Part of the chi-square in beginnings of windows that the best body may leave for fits in longer ones to be made."""
 FIRST, DAMPING, SHORT = 0.2, 0.05, 4
 """Inertia over that of the gear from which fits begin, the damping ratio, and rounds of the fits of all frequencies."""
 PLAYS, LEAST = (0.03, 0.1, 0.3), 0.2
@@ -153,6 +155,9 @@ def carrying(windows: Windows, turns: Sequence[float], now: State, start: State)
     part = few.until(reach) if reach < 1.0 else few
     found = [_tried(part, falls.causes[:-1], _cause(law, turn, size), SHORT) for turn in near or grid.tolist()]
     found = _apart(part, found)
+    if not _level(part, found[0]) < HELPS * _level(part, _longer(part, falls._replace(causes=falls.causes[:-1]))):
+        restore(windows, now)
+        return now
     while part is not few:
         reach *= FARTHER[1]
         part = few.until(reach) if reach < 1.0 else few

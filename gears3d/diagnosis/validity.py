@@ -245,18 +245,28 @@ def _revolutions(one: Evidence, gear: str) -> float:
 def cause_notes(rig: Scenario, effects: Iterable[Any]) -> list[Note]:
     """Return doubts raised by the causes themselves."""
     claims = {
-        "backlash": (rig.rig().backlash, "backlash_offset", "offset", "length"),
-        "drag torque": (rig.rig().drag_torque, "drag_coulomb", "torque", "torque"),
-        "restitution": (rig.rig().restitution, "restitution_offset", "offset", "ratio"),
+        "backlash": (rig.rig().backlash, "backlash_offset", "offset", "length", "mount.backlash"),
+        "drag torque": (rig.rig().drag_torque, "drag_coulomb", "torque", "torque", "drag.torque"),
+        "restitution": (rig.rig().restitution, "restitution_offset", "offset", "ratio", "impact.restitution"),
     }
     notes, off = [], []
-    for name, (claim, kind, parameter, family) in claims.items():
+    for name, (claim, kind, parameter, family, key) in claims.items():
         change = sum(getattr(one, parameter) for one in effects if one.kind == kind)
         if claim > 0.0 and abs(change) > OTHER_RIG * claim:
             now, was = (
                 (f"{each:.3g}" if family == "ratio" else show(each, family, 3)) for each in (claim + change, claim)
             )
             off.append(f"{name} {now} instead of {was}")
+        if 0.0 < abs(change) < 1.96 * rig.uncertainty.get(key, 0.0):
+            text = f"{name}: the change is within the uncertainty that the rig states for it"
+            notes.append(Note("within-uncertainty", text, f"state {key} as found"))
+        if kind == "drag_coulomb" and change and claim + change > 0.0:
+            text = "the motion shows torque divided by inertia only: an inertia of the loose gear of "
+            text += (
+                f"{show(rig.rig().inertia * claim / (claim + change), 'inertia', 4)} with the stated drag torque is "
+            )
+            text += "indistinguishable from this drag torque"
+            notes.append(Note("inertia-or-drag", text, "measure the inertia, or weigh it from a drawing"))
         if kind == "backlash_offset" and abs(change) > GEAR_SIZE * claim:
             text = "backlash is an angle times a base radius: gears whose size differs by "
             text += f"{100.0 * -change / (claim + change):+.3g} % (module or numbers of teeth) are indistinguishable"

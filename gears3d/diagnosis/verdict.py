@@ -15,7 +15,7 @@ from gears3d.diagnosis.datums import reference_record
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.hypotheses import Rival
-from gears3d.diagnosis.path_fit import BODY, EXCLUDED
+from gears3d.diagnosis.path_fit import BODY, EXCLUDED, LARGEST
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pitch_error import ShortTooth
 from gears3d.diagnosis.precision import covariance
@@ -33,6 +33,8 @@ Array = np.ndarray
 POWER = 0.1
 # Effect that represents each place in the minimum detectable effect.
 PLACES = {"geometry": "backlash_offset", "torque": "drag_coulomb", "impact": "restitution_offset"}
+# Key of the inertia of the loose gear.
+INERTIA = "gears.loose.inertia"
 # Predicted quantity of each channel.
 PREDICTED_QUANTITY = {
     "flight": "angle in free flight",
@@ -114,7 +116,7 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
             text = evidence_sentence(found, cause, less.rest, gain)
         alternatives = tuple(open_hypothesis(one) for one in others[k] if not one.excluded)
         excluded = tuple(excluded_hypothesis(one) for one in others[k] if one.excluded)
-        numbers = parameters(cause, known[own, own])
+        numbers = parameters(cause, known[own, own], _unsure(found.records, cause))
         written, zero = table(effect, numbers), reference_record(found.records, effect)
         if zero and zero != found.records[0].name:
             numbers.pop("phase", None)
@@ -122,6 +124,19 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
             Named(effect.kind, effect.place, numbers, text, gain, alternatives, effect, written, excluded, zero)
         )  # fmt: skip
     return sorted(told, key=lambda one: -one.gain)
+
+
+def _unsure(records: Sequence[Evidence], cause: Cause) -> float:
+    """Return the standard deviation of a torque by that of the inertia, as the rig states it [SI]: they act as a ratio.
+
+    Of constant drag it is in proportion to all of it, the rig's own included.
+    """
+    effect: Any = cause.effect
+    if effect.place != "torque" or not records:
+        return 0.0
+    bench, size = records[0].scenario, float(np.hypot.reduce(cause.numbers[: 2 if cause.candidate.phased else 1]))
+    size += bench.rig().drag_torque if effect.kind == PLACES["torque"] else 0.0
+    return bench.uncertainty.get(INERTIA, 0.0) / bench.rig().inertia * abs(size)
 
 
 def reported_in_addition(spread: Scatter | None, short: ShortTooth | None) -> list[Named]:
@@ -178,14 +193,15 @@ def classify(causes: Sequence[Named], left: Sequence[Structure], power: dict[str
 
 
 def minimum_detectable(known: Regressors) -> dict[str, float]:
-    """Return the minimum detectable effect, in units of its channel, by place."""
+    """Return the minimum detectable effect, in units of its channel, by place; infinity where none would be a cause."""
     found = dict.fromkeys(PLACES, float("inf"))
     kinds = {kind: place for place, kind in PLACES.items()}
     for k, one in enumerate(known.candidates):
         if one.kind in kinds:
             square = known.square(k)
             if square > 0.0:
-                found[kinds[one.kind]] = max(float(np.sqrt(ACCEPT / square)), SMALLEST)
+                size = max(float(np.sqrt(ACCEPT / square)), SMALLEST)
+                found[kinds[one.kind]] = size if size < LARGEST else float("inf")
     return found
 
 

@@ -59,10 +59,21 @@ def changed_places(signals):
     return {**signals, names[0]: signals[names[1]], names[1]: signals[names[0]]}
 
 
+def test_torques_are_as_uncertain_as_the_inertia_and_the_inertia_that_does_the_same_is_stated(tmp_path):
+    path, inertia = written(tmp_path / "r.parquet", {"drag.torque": "0.33 N m"}), load(BENCH).rig().inertia
+    stated = {"value": f"{inertia!r} kg m^2", "uncertainty": "5 %"}
+    exact, unsure = (judged(path, one) for one in ({}, {"gears.loose.inertia": stated}))
+    sigmas = [(one.high - one.low) / 3.92 for one in (each.causes[0].parameters["torque"] for each in (exact, unsure))]
+    assert sigmas[1] == pytest.approx(np.hypot(sigmas[0], 0.05 * 0.33), rel=1e-3)
+    text = next(note.text for note in exact.notes if note.kind == "inertia-or-drag")
+    told = float(text.split("gear of ")[1].split()[0])
+    assert told == pytest.approx(inertia / 1.1, rel=2e-3) or told == pytest.approx(1e6 * inertia / 1.1, rel=2e-3)
+
+
 def test_what_is_found_is_blamed_where_nothing_is_amiss(tmp_path):
     found = judged(written(tmp_path / "r.parquet", {"drag.torque": "0.33 N m"}))
     assert found.causes[0].kind == "drag_coulomb"
-    assert kinds(found) == ["one-speed"]
+    assert kinds(found) == ["one-speed", "inertia-or-drag"]
     assert not found.suspects
 
 
@@ -130,7 +141,7 @@ def test_another_mean_speed_is_told_and_the_measured_one_used(tmp_path):
 def test_a_record_of_another_motion_than_the_rig_file_is_used_as_measured(tmp_path, truth, rig):
     found = judged(written(tmp_path / "r.parquet", {"drag.torque": "0.33 N m", **truth}), rig)
     assert [one.kind for one in found.causes] == ["drag_coulomb"]
-    assert kinds(found) == ["one-speed"]
+    assert kinds(found) == ["one-speed", "inertia-or-drag"]
     motion = found.to_dict()["records"][0]["drive_motion"]
     true = load(BENCH, {**PLAIN, **truth}).motion
     assert motion["mean_rad_s"]["value"] == pytest.approx(true.mean, rel=1e-6)

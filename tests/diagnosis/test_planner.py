@@ -3,10 +3,12 @@
 import json
 from math import pi
 
+import numpy as np
 import pytest
 
 from gears3d.cli import main
 from gears3d.diagnosis import plan
+from gears3d.diagnosis.cause import MODEL
 from gears3d.diagnosis.planner import SIGMAS, needed
 from gears3d.errors import InputError, UsageError
 from gears3d.scenario import load
@@ -31,8 +33,9 @@ def one_run(rig, *causes, **more):
 
 
 def half(option, kind, name):
+    """Return half the width of an interval without the error of the model, which more data do not reduce."""
     one = option.grid[0].alone[kind][name]
-    return 0.5 * (one.high - one.low)
+    return np.sqrt((0.5 * (one.high - one.low)) ** 2 - (1.96 * MODEL * one.value) ** 2)
 
 
 def test_the_interval_of_a_drag_narrows_with_the_root_of_the_duration(rig):
