@@ -24,8 +24,8 @@ from gears3d.errors import InputError
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import Scenario, load
-from gears3d.verification.challenge import ASKED, KINDS, UNKNOWN, Plan, anywhere, hide, plan, protocol, reveal, space
-from gears3d.verification.challenge.protocol import bench, excite
+from gears3d.verification.challenge import ASKED, KINDS, UNKNOWN, Plan, hide, plan, reveal, space, taking
+from gears3d.verification.challenge.hiding import DURATION, bench, excite
 from tests.diagnosis import observer
 
 ANGLES = ("theta_drive_rad", "theta_loose_rad")
@@ -219,7 +219,7 @@ def _unknown(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
 SETTINGS: dict[str, tuple[tuple[str, float], ...]] = {
     "0.3 % noise": (("noise", FINE),),
     "1.5 % noise": (("noise", NOISY),),
-    "a quarter of the length": (("noise", FINE), ("duration", 0.25 * protocol.DURATION)),
+    "a quarter of the length": (("noise", FINE), ("duration", 0.25 * DURATION)),
     "two speeds": (("noise", FINE), ("records", 2)),
 }
 """Records for which limits of detection are looked for."""
@@ -301,7 +301,7 @@ def _anywhere(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
     random, many = np.random.default_rng([seed, 43]), int(part.removeprefix("space") or 1)
     rig = _rig_of(part, seed)
     assert rig is not None
-    able = [kind for kind in KINDS if anywhere.fits(rig, kind)]
+    able = [kind for kind in KINDS if taking.fits(rig, kind)]
     if many == 1:
         yield Case(part, seed, () if random.uniform() < 1.0 / 7.0 else (str(random.choice(able)),))
         return
@@ -389,8 +389,8 @@ def play(case: Case) -> dict[str, Any]:
             made = case.plan()
             hide(made, folder)
         else:
-            made = anywhere.plan(within, case.hidden or (), samples=SAMPLES, **dict(case.options))
-            hide(made, folder, observe=anywhere.observer(within), stated=False)
+            made = taking.plan(within, case.hidden or (), samples=SAMPLES, **dict(case.options))
+            hide(made, folder, observe=taking.observer(within), stated=False)
         if case.bench == "dirt":
             soil(folder, case.seed)
         rig, began, admitted = load(folder / "rig.toml"), time.process_time(), []

@@ -8,7 +8,7 @@ from gears3d.diagnosis.evidence import Paths
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
-from gears3d.verification.challenge import anywhere, hide, space
+from gears3d.verification.challenge import hide, space, taking
 from tests.diagnosis import observer
 from tests.diagnosis.blind import Case
 
@@ -38,8 +38,8 @@ def test_an_encoder_in_contact_is_seen_as_a_sine_in_white_noise(tmp_path):
 
 def test_nothing_is_seen_of_a_flank_that_is_not_reached(tmp_path):
     rig = space.draw(86, 20)[85]
-    plan = anywhere.plan(rig, ("backlash_offset",), samples=100_000)
-    hide(plan, tmp_path, observe=anywhere.observer(rig), stated=False)
+    plan = taking.plan(rig, ("backlash_offset",), samples=100_000)
+    hide(plan, tmp_path, observe=taking.observer(rig), stated=False)
     assert sees(records(tmp_path), plan) == {"backlash_offset": pytest.approx(0.0, abs=1e-6)}
 
 

@@ -19,7 +19,7 @@ from gears3d.measured.segmentation import path_of
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.simulation import simulate
-from gears3d.verification.challenge import anywhere, hide, space
+from gears3d.verification.challenge import hide, space, taking
 
 RIG = "scenarios/rigaud-2020/fig5-20rpm.toml"
 HIDDEN = {
@@ -445,8 +445,8 @@ def test_a_cause_that_was_found_otherwise_and_is_not_there_leaves_the_path_off(s
 def diagnosed(seed, kind, folder):
     """The diagnosis of a rig of the operating space in which a cause is hidden."""
     rig = space.draw(seed + 1, 20)[seed]
-    made = anywhere.plan(rig, [kind], samples=100_000)
-    hide(made, folder, observe=anywhere.observer(rig), stated=False)
+    made = taking.plan(rig, [kind], samples=100_000)
+    hide(made, folder, observe=taking.observer(rig), stated=False)
     bench = load(folder / "rig.toml")
     return diagnose(admit_all([folder / "record.toml"], bench), bench)
 

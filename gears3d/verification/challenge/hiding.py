@@ -1,4 +1,7 @@
-"""A challenge: drawn from a seed, played out, written with its sealed answer."""
+"""A challenge: bench and records drawn from a seed, effects hidden, played out, written with the sealed answer.
+
+Records are taken at several speeds and amplitudes, in random order.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import pi, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +19,13 @@ from gears3d.errors import UsageError, did_you_mean
 from gears3d.files import write_text
 from gears3d.recording import Recording
 from gears3d.scenario import load
-from gears3d.verification.challenge import encoders, foreign, protocol, seal
-from gears3d.verification.challenge.causes import ASKED, KINDS, quantity
+from gears3d.verification.challenge.causes import ASKED, KINDS, UNKNOWN, Foreign, draw_foreign, quantity
 from gears3d.verification.challenge.causes import draw as draw_cause
-from gears3d.verification.challenge.history import happen
+from gears3d.verification.challenge.machine import machine, values
+from gears3d.verification.challenge.motion import happen
 from gears3d.verification.challenge.physics import moved
-from gears3d.verification.challenge.plan import machine, values
+from gears3d.verification.challenge.scoring import close
+from gears3d.verification.challenge.sensing import arbitrary_zeros, delay, reading, sway, wander
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
@@ -29,6 +34,13 @@ SIZES = (0.1, 0.5)  # Sizes of hidden effects as shares of their unit size
 RECORDS = "record.toml"
 # Where encoders count from: marks that all records have in common, or anywhere in each
 ZEROS = ("common", "arbitrary")
+# Mean speeds of the records over the rig's: a decade tells a slope from a curve, and speed from time
+SPEEDS = (0.3, 0.6, 1.0, 1.6, 2.4)
+# Λ of the records: one barely rattles and stays on its flanks, the others cross the gap at different speeds
+EXCITATIONS = (4.0, 1.3, 6.0, 3.0, 8.0)
+DURATION = 12.0  # Of a record [s]
+RATE = 50e3  # Samples a second [Hz]
+NOISE = 0.002  # Of both encoders together, as a share of the gap
 
 
 @dataclass(frozen=True)
@@ -51,7 +63,7 @@ class Plan:
     rig: Scenario
     conditions: tuple[dict[str, Any], ...]
     effects: tuple[dict[str, Any], ...]
-    unknown: tuple[foreign.Foreign, ...]
+    unknown: tuple[Foreign, ...]
     size: float
     noise: float
     zeros: tuple[tuple[float, float], ...] = ()
@@ -113,7 +125,7 @@ def plan(
     size: float | None = None,
     noise: float | None = None,
     duration: float | None = None,
-    records: int = len(protocol.SPEEDS),
+    records: int = len(SPEEDS),
     zero: str = "common",
 ) -> Plan:
     """Draw a challenge.
@@ -136,28 +148,28 @@ def plan(
     if zero not in ZEROS:
         raise UsageError(f"--zero: there is no {zero!r}; {did_you_mean(zero, ZEROS)}")
     streams = [np.random.default_rng([seed, stream]) for stream in range(5)]
-    which, bench, motion, cause, conditions = streams
+    which, for_bench, for_motion, cause, for_records = streams
     kinds = tuple(effects) if effects is not None else _which(which)
     catalogue = (*KINDS, *ASKED)
-    known = [*catalogue, "unknown", *foreign.UNKNOWN]
+    known = [*catalogue, "unknown", *UNKNOWN]
     for kind in kinds:
         if kind not in known:
             raise UsageError(f"--effect: there is no kind {kind!r}; {did_you_mean(kind, known)}")
     drawn = rig is None
-    base = load(protocol.bench(bench)) if rig is None else rig
+    base = load(bench(for_bench)) if rig is None else rig
     if duration is not None:
         base = base.with_({"run.duration": f"{duration!r} s"})
     if drawn or not base.motion.harmonics:
-        base = base.with_(protocol.excite(base, motion))
+        base = base.with_(excite(base, for_motion))
     if drawn and "mesh_friction" in kinds:
         base = base.with_({"effect": [_soft(base)]})
     size = float(which.uniform(*SIZES)) if size is None else size
     hidden = tuple(draw_cause(kind, base, size, cause) for kind in kinds if kind in catalogue)
-    strange = [str(which.choice(list(foreign.UNKNOWN))) if k == "unknown" else k for k in kinds if k not in catalogue]
-    unknown = tuple(foreign.draw(name, base, size, cause) for name in strange)
-    each = tuple(protocol.conditions(base, conditions, records))
-    zeros = encoders.zeros(base.sensors, records, np.random.default_rng([seed, 12])) if zero == "arbitrary" else ()
-    return Plan(seed, base, each, hidden, unknown, size, protocol.NOISE if noise is None else noise, zeros)
+    strange = [str(which.choice(list(UNKNOWN))) if k == "unknown" else k for k in kinds if k not in catalogue]
+    unknown = tuple(draw_foreign(name, base, size, cause) for name in strange)
+    each = tuple(conditions(base, for_records, records))
+    zeros = arbitrary_zeros(base.sensors, records, np.random.default_rng([seed, 12])) if zero == "arbitrary" else ()
+    return Plan(seed, base, each, hidden, unknown, size, NOISE if noise is None else noise, zeros)
 
 
 def _which(random: np.random.Generator) -> tuple[str, ...]:
@@ -181,6 +193,68 @@ def _soft(rig: Scenario) -> dict[str, Any]:
     }
 
 
+def bench(random: np.random.Generator) -> dict[str, Any]:
+    """Draw a rig: gears, backlash, drag, restitution and encoders of a bench as the papers have them."""
+    teeth = ((90, 90, 3.5, 0.0), (47, 61, 2.5, 0.0), (31, 53, 3.0, 0.0), (37, 29, 2.75, 20.0))
+    drive, loose, module, helix = teeth[int(random.integers(len(teeth)))]
+    radius = 0.5e-3 * module * loose * 0.94
+    backlash = float(f"{random.uniform(150e-6, 350e-6):.3g}")
+    inertia = float(f"{3.2 * radius**2 * random.uniform(0.8, 1.25):.4g}")
+    drag = float(f"{inertia / radius * random.uniform(0.4, 1.2):.3g}")
+    counts = int(2.0 ** (6 + int(2.0 * pi * radius / (1e-3 * backlash) / 64).bit_length()))
+    return {
+        "format": 1,
+        "title": f"Bench {drive}:{loose}",
+        "gears": {
+            "module": f"{module} mm",
+            "helix_angle": f"{helix} deg",
+            "face_width": "15 mm",
+            "drive": {"teeth": drive},
+            "loose": {"teeth": loose, "inertia": quantity(inertia, "kg m^2")},
+        },
+        "mount": {"backlash": quantity(backlash, "m")},
+        "motion": {"mean": "60 rpm"},
+        "drag": {"torque": quantity(drag, "N m")},
+        "impact": {"restitution": round(float(random.uniform(0.25, 0.55)), 2)},
+        "run": {"duration": f"{DURATION} s", "settle": "0 s", "output_rate": f"{RATE} Hz"},
+        "sensors": {"sample_rate": f"{RATE} Hz", "counts_per_revolution": counts},
+    }
+
+
+def excite(rig: Scenario, random: np.random.Generator) -> dict[str, Any]:
+    """Return a motion that makes a rig rattle: a fluctuation slow against the fall across the gap, a fitting mean."""
+    force, frequency = _scales(rig)
+    frequency *= random.uniform(0.85, 1.2)
+    largest = max(EXCITATIONS) * force / (2.0 * pi * frequency) / rig.pair().drive.base_radius
+    mean = 4.5 * largest * random.uniform(1.0, 1.4)
+    sine = {"amplitude": f"{0.5 * largest:.5g} rad/s", "frequency": f"{frequency:.4g} Hz"}
+    return {"motion.mean": f"{mean:.5g} rad/s", "motion.harmonics": [sine]}
+
+
+def _scales(rig: Scenario) -> tuple[float, float]:
+    """Deceleration under the drag [m/s²], and a frequency at which some ten falls fill a period [Hz]."""
+    pair = rig.pair()
+    inertia = float(rig.gears.loose.inertia or 0.0)
+    decelerated = (rig.drag.torque or 0.2 * inertia) * pair.loose.base_radius / inertia
+    return decelerated, 0.1 / sqrt(2.0 * pair.backlash / decelerated)
+
+
+def conditions(rig: Scenario, random: np.random.Generator, records: int = len(SPEEDS)) -> list[dict[str, Any]]:
+    """Return what differs between the records of a rig: mean speed and amplitude, in random order."""
+    force, _ = _scales(rig)
+    sine = rig.motion.harmonics[0]
+    made = []
+    for i in range(records):
+        share = SPEEDS[i % len(SPEEDS)] * random.uniform(0.95, 1.05)
+        mean = share * rig.motion.mean
+        size = EXCITATIONS[i % len(EXCITATIONS)] * random.uniform(0.93, 1.08)
+        speed = size * force / (2.0 * pi * sine.frequency) / rig.pair().drive.base_radius
+        swing = {"amplitude": f"{min(speed, 0.8 * abs(mean)):.5g} rad/s", "frequency": f"{sine.frequency!r} Hz"}
+        made.append({"motion.mean": f"{mean:.5g} rad/s", "motion.harmonics": [swing]})
+    order = random.permutation(records)
+    return [made[i] for i in order]
+
+
 def observe(plan: Plan, number: int, progress: Callable[[float], None] | None = None) -> Recording:
     """Play one record of a plan out and return what the encoders wrote down.
 
@@ -193,7 +267,7 @@ def observe(plan: Plan, number: int, progress: Callable[[float], None] | None = 
     sensors, facts = scenario.sensors, [values(effect) for effect in scenario.effects]
     rows = [row for cause in plan.unknown for row in cause.rows]
     second = next((cause.second for cause in plan.unknown if cause.second), ())
-    late = {gear: encoders.delay(facts, gear) for gear in ("drive", "loose")}
+    late = {gear: delay(facts, gear) for gear in ("drive", "loose")}
     seed = plan.seed * 1009 + number
     how = {"rate": sensors.sample_rate, "seed": seed, "progress": progress}
     happened = happen(scenario, rows, second, late=late["loose"], late_drive=late["drive"], **how)
@@ -202,11 +276,11 @@ def observe(plan: Plan, number: int, progress: Callable[[float], None] | None = 
     radii = {"drive": plan.rig.pair().drive.base_radius, "loose": plan.rig.pair().loose.base_radius}
     read = {"time_s": happened.time}
     for gear, radius in radii.items():
-        angle = encoders.wander(facts, gear, happened.signals[f"theta_{gear}_rad"])
+        angle = wander(facts, gear, happened.signals[f"theta_{gear}_rad"])
         for cause in plan.unknown:
             if cause.mount and gear == "loose":
-                angle = encoders.sway(angle, 1.0 / sensors.sample_rate, *cause.mount)
-        read[f"theta_{gear}_rad"] = encoders.read(angle, getattr(sensors, gear), noise / radius, random)
+                angle = sway(angle, 1.0 / sensors.sample_rate, *cause.mount)
+        read[f"theta_{gear}_rad"] = reading(angle, getattr(sensors, gear), noise / radius, random)
         if plan.zeros:
             read[f"theta_{gear}_rad"] += plan.zeros[number][gear == "loose"]
     about = {"sample_rate_Hz": sensors.sample_rate}
@@ -247,7 +321,7 @@ def hide(
     write_text(folder / RECORDS, _map(names, plan.conditions if stated else [{} for _ in names], bool(plan.zeros)))
     for name in [*names, "rig.toml", RECORDS]:
         files[name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
-    sealed = seal.close(plan.told())
+    sealed = close(plan.told())
     write_text(folder / "answer.sealed", sealed)
     about = {"format": 1, "records": names, "rig": "rig.toml", "map": RECORDS, "files": files}
     about["answer_sha256"] = hashlib.sha256(sealed.encode()).hexdigest()

@@ -1,15 +1,20 @@
-"""A diagnosis compared with the sealed answer."""
+"""The sealed answer, and a diagnosis compared with it.
+
+It is unreadable at a glance, and its hash shows any later change.
+"""
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import json
+import os
+import zlib
 from math import pi
 from pathlib import Path
 from typing import Any
 
 from gears3d.errors import Fault, InputError
-from gears3d.verification.challenge import seal
 
 # Kinds that some data cannot distinguish: no error when the true one is among the alternatives
 ALIKE = {
@@ -57,7 +62,7 @@ def reveal(folder: str | Path, diagnosis: str | Path) -> dict[str, Any]:
     found = Path(diagnosis)
     found = found / "diagnosis.json" if found.is_dir() else found
     told = _json(found, "verdict", "name the diagnosis.json of `gears3d diagnose RECORD... --out DIR`, or its folder")
-    return {"changed": changed, **score(seal.open_(sealed.decode()), told)}
+    return {"changed": changed, **score(open_(sealed.decode()), told)}
 
 
 def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
@@ -197,3 +202,34 @@ def _json(path: Path, needed: str, remedy: str = CHALLENGE) -> dict[str, Any]:
     if not isinstance(data, dict) or needed not in data:
         raise InputError(Fault(needed, "is missing", remedy, str(path)))
     return data
+
+
+LONGEST = 1 << 24  # Bytes of an answer
+
+
+def _stream(key: bytes, length: int) -> bytes:
+    blocks = (hashlib.sha256(key + count.to_bytes(8, "big")).digest() for count in range(length // 32 + 1))
+    return b"".join(blocks)[:length]
+
+
+def close(answer: dict[str, Any]) -> str:
+    """Return an answer as a line nobody reads by accident; whoever wants to can open it.
+
+    >>> open_(close({"seed": 3}))
+    {'seed': 3}
+    """
+    key = os.urandom(32)
+    plain = zlib.compress(json.dumps(answer).encode())
+    mixed = bytes(a ^ b for a, b in zip(plain, _stream(key, len(plain)), strict=True))
+    return base64.b64encode(key + mixed).decode() + "\n"
+
+
+def open_(sealed: str) -> dict[str, Any]:
+    """Return the answer in a sealed line."""
+    try:
+        raw = base64.b64decode(sealed.strip(), validate=True)
+        key, mixed = raw[:32], raw[32:]
+        packed = bytes(a ^ b for a, b in zip(mixed, _stream(key, len(mixed)), strict=True))
+        return json.loads(zlib.decompressobj().decompress(packed, LONGEST))
+    except (ValueError, RecursionError, zlib.error) as error:
+        raise InputError("answer.sealed: is no sealed answer (make the challenge again)") from error

@@ -1,4 +1,7 @@
-"""From a scenario and its effects, read as plain data, to the numbers of the machine that makes the records."""
+"""From a scenario and its effects, read as plain data, to the numbers of the machine that makes the records.
+
+Pitch deviations need the pair of teeth that carries, with tips that meet flanks outside the path of contact.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,15 @@ from math import acos, atan2, cos, pi, sqrt, tan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from gears3d.errors import Fault, InputError
-from gears3d.verification.challenge import teeth
-from gears3d.verification.challenge.physics import DRIVE, LOOSE, MACHINE
+from gears3d.verification.challenge.physics import DRIVE, EDGE_POINTS, LOOSE, MACHINE
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-SENSORS = ("encoder_eccentricity", "encoder_skew")  # Kinds that act in :mod:`gears3d.verification.challenge.encoders`
+SENSORS = ("encoder_eccentricity", "encoder_skew")  # Kinds that act in :mod:`gears3d.verification.challenge.sensing`
 
 
 def values(effect: Any) -> dict[str, Any]:
@@ -189,8 +192,8 @@ def machine(scenario: Scenario, foreign: Sequence[Sequence[float]] = (), second:
     if second:
         m["second"] = second
     if draft.tooth:
-        m["edge"] = teeth.edge_gap(scenario)
-        m["pitch"] = 2.0 * pi / scenario.gears.drive.teeth, teeth.reverse_pitch_point(scenario)
+        m["edge"] = edge_gap(scenario)
+        m["pitch"] = 2.0 * pi / scenario.gears.drive.teeth, reverse_pitch_point(scenario)
     return m
 
 
@@ -208,3 +211,53 @@ def _refuse(scenario: Scenario) -> None:
         faults.append(Fault("mount.misalignment", "tilts an axis", "leave it out", file))
     if faults:
         raise InputError(faults)
+
+
+POINTS = EDGE_POINTS // 2  # Points of the gap outside either end of the path
+
+
+def _beside(rb1: float, rb2: float, tip2: float, centre: float, reach: float, of_tip: bool) -> np.ndarray:
+    """Gap where the tip of gear 2 meets the flank of gear 1 before the path of contact begins.
+
+    The tip corner at its radius, the flank's point at radius r and both axes make a triangle; gear 1 has then turned to
+    one angle and gear 2 to another, and what gear 2 lacks to the law of gearing, times Rb2, is the gap.
+    """
+    path, lead = sqrt(centre**2 - (rb1 + rb2) ** 2), sqrt(tip2**2 - rb2**2)
+    first = sqrt((path - lead) ** 2 + rb1**2)
+    r = first + (min(first * (1.0 + 2.0 * reach), centre) - first) * np.linspace(0.0, 1.0, 40 * POINTS) ** 2
+    at1 = np.arccos(np.clip((centre**2 + r**2 - tip2**2) / (2.0 * centre * r), -1.0, 1.0))
+    at2 = np.arccos(np.clip((centre**2 + tip2**2 - r**2) / (2.0 * centre * tip2), -1.0, 1.0))
+    roll = np.sqrt(r**2 - rb1**2) / rb1
+    turned1, turned2 = roll - np.arctan(roll) - at1, -at2
+    turned1, turned2 = turned1 - turned1[0], turned2 - turned2[0]
+    angle, gap = (turned2 if of_tip else turned1), rb1 * turned1 - rb2 * turned2
+    falling = np.concatenate(([True], np.diff(np.minimum.accumulate(angle)) < 0.0))
+    spline = CubicSpline(angle[falling][::-1], gap[falling][::-1])
+    grid = max(-reach, angle.min()) * np.linspace(1.0, 0.0, POINTS) ** 2
+    table = np.stack([grid, spline(grid), spline(grid, 1)], axis=1)
+    table[-1] = 0.0
+    return table
+
+
+def edge_gap(scenario: Scenario) -> np.ndarray:
+    """Return the gap of a pair of teeth over the drive's angle past the pitch point: none on the path of contact."""
+    pair = scenario.pair()
+    rb1, rb2, centre = pair.drive.base_radius, pair.loose.base_radius, pair.centre_distance
+    alpha = acos((rb1 + rb2) / centre)
+    before = (sqrt(pair.loose.tip_radius**2 - rb2**2) - rb2 * tan(alpha)) / rb1
+    after = (sqrt(pair.drive.tip_radius**2 - rb1**2) - rb1 * tan(alpha)) / rb1
+    wide = 0.5 * min(pair.drive.face_width, pair.loose.face_width) * tan(abs(pair.drive.base_helix_angle)) / rb1
+    reach = 2.0 * pi / scenario.gears.drive.teeth
+    head = _beside(rb1, rb2, pair.loose.tip_radius, centre, reach, of_tip=False)
+    head[:, 0] -= before + wide
+    tail = _beside(rb2, rb1, pair.drive.tip_radius, centre, reach, of_tip=True)
+    tail = (tail * (-1.0, 1.0, -1.0))[::-1]
+    tail[:, 0] += after + wide
+    return np.vstack([head, tail])
+
+
+def reverse_pitch_point(scenario: Scenario) -> float:
+    """Return the drive's angle at which the reverse flank of its tooth 1 passes the pitch point [rad]."""
+    pair = scenario.pair()
+    alpha = acos((pair.drive.base_radius + pair.loose.base_radius) / pair.centre_distance)
+    return 2.0 * (pair.half_angle("drive") - (tan(alpha) - alpha))
