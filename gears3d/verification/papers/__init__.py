@@ -5,12 +5,12 @@ row: add a table to the file. To add a paper: write the file, and add its name t
 """
 
 from gears3d.verification.papers.bench import Bench as Bench
-from gears3d.verification.papers.claim import Claim as Claim
-from gears3d.verification.papers.claim import Figure as Figure
-from gears3d.verification.papers.claim import Paper as Paper
-from gears3d.verification.papers.claim import Result as Result
-from gears3d.verification.papers.claim import hold as hold
-from gears3d.verification.papers.claim import verdict as verdict
 from gears3d.verification.papers.published import PAPERS as PAPERS
+from gears3d.verification.papers.published import Claim as Claim
+from gears3d.verification.papers.published import Figure as Figure
+from gears3d.verification.papers.published import Paper as Paper
+from gears3d.verification.papers.published import Result as Result
+from gears3d.verification.papers.published import hold as hold
 from gears3d.verification.papers.published import paper as paper
 from gears3d.verification.papers.published import papers as papers
+from gears3d.verification.papers.published import verdict as verdict

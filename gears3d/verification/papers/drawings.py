@@ -11,17 +11,20 @@ import numpy as np
 from gears3d import palette
 from gears3d.laws.noise import WHINE_30_RPM, rattle_level, total_level
 from gears3d.verification.papers.bench import Case
-from gears3d.verification.papers.measures import camera, tooth_errors
-from gears3d.verification.papers.measures.excitation import threshold
+from gears3d.verification.papers.measures import tooth_errors
 from gears3d.verification.papers.measures.geometry import rolled
 from gears3d.verification.papers.measures.oil import SOFT, coastdown, lubricated_index
 from gears3d.verification.papers.measures.responses import (
+    FRAMES,
+    best_pictures,
     decades,
     double_sided,
     durations,
     impulses,
     phases,
+    pictured,
     resolved,
+    threshold,
 )
 
 if TYPE_CHECKING:
@@ -483,10 +486,10 @@ def displacements_together(cases: list[Case], sheet: Any, labels: list[str]) -> 
 def pictures(cases: list[Case], sheet: Any, pairs: list[str]) -> None:
     """Draw nine sections of the mesh in a period, the drive gear on the right, with the printed tooth pairs."""
     (case,) = cases
-    _, backlash, origin = camera.best(case)
+    _, backlash, origin = best_pictures(case)
     case = case.with_({"mount.backlash": f"{backlash} um"})
     scenario, run = case.scenario, case.run
-    shown, colours = camera.states(case, origin), {"active": ACTIVE, "reverse": REVERSE, "flight": "0.45"}
+    shown, colours = pictured(case, origin), {"active": ACTIVE, "reverse": REVERSE, "flight": "0.45"}
     times = (4 + origin + np.arange(9) / 8) * scenario.period
     drive = np.interp(times, run.time, run.signals["theta_drive_rad"])
     path = np.interp(times, run.time, run.signals["displacement_m"])
@@ -494,9 +497,9 @@ def pictures(cases: list[Case], sheet: Any, pairs: list[str]) -> None:
     for frame, axes in enumerate(sheet.subplots(3, 3).ravel()):
         _teeth(axes, scenario.pair(), float(drive[frame]), float(path[frame]), reach)
         number = 1 + (drive[frame] - drive[0]) * scenario.gears.drive.teeth / (2 * np.pi)
-        agrees = shown[frame] == camera.FRAMES[frame]
+        agrees = shown[frame] == FRAMES[frame]
         axes.set_title(f"t = {eighths[frame]}: {shown[frame]} ({number:.1f})", color=colours[shown[frame]], loc="left")
-        printed = f"printed: {camera.FRAMES[frame]} ({pairs[frame]})"
+        printed = f"printed: {FRAMES[frame]} ({pairs[frame]})"
         axes.set_xlabel(printed, color=PUBLISHED if agrees else "#b3261e", fontsize=9)
         axes.set(xticks=[], yticks=[], aspect="equal", xlim=(-reach, reach), ylim=(-reach * 0.8, reach * 0.8))
         axes.spines[["top", "right"]].set_visible(True)

@@ -10,7 +10,7 @@ from typing import Any
 
 from gears3d.files import write_text
 from gears3d.verification.papers.bench import Bench
-from gears3d.verification.papers.claim import Claim, Paper, Result
+from gears3d.verification.papers.published import Claim, Paper, Result
 from gears3d.version import __version__
 from gears3d.views.pages import engine
 from gears3d.views.pages.engine import Head, Key, Picture

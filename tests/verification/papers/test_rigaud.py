@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.verification.papers import Bench, hold, paper
-from gears3d.verification.papers.measures import camera, excitation, geometry, responses
+from gears3d.verification.papers.measures import geometry, responses
 
 BENCH = Bench()
 ROWS = {(claim.figure, claim.quantity): claim for claim in paper("rigaud-2020").claims}
@@ -44,7 +44,7 @@ def test_the_closed_orbit_comes_out_of_the_bench():
 
 
 def test_the_threshold_is_where_the_excitation_is_one():
-    found = excitation.swept_excitation(BENCH.case("rigaud-2020/fig3-0.46Nm-90rpm"), 5.0)
+    found = responses.swept_excitation(BENCH.case("rigaud-2020/fig3-0.46Nm-90rpm"), 5.0)
     assert found == pytest.approx(1.0, abs=0.01)
 
 
@@ -66,7 +66,7 @@ def test_a_second_mesh_order_brings_the_light_losses():
 def test_a_larger_inertia_brings_the_ninth_picture():
     """The note on the camera."""
     more = {"mount.backlash": "1900 um", "gears.loose.inertia": "0.074 kg m^2", **PLASTIC}
-    assert tuple(camera.states(BENCH.case("rigaud-2020/fig8", more), 0.05)) == camera.FRAMES
+    assert tuple(responses.pictured(BENCH.case("rigaud-2020/fig8", more), 0.05)) == responses.FRAMES
 
 
 @pytest.mark.slow
@@ -122,4 +122,4 @@ def test_backlash_and_mesh_order_explain_both_speeds():
 
 def test_the_inertia_is_that_of_the_threshold_at_3_hz():
     """So this threshold is no row."""
-    assert excitation.excitation(BENCH.case("rigaud-2020/fig5-1.6rpm")) == pytest.approx(1.0, abs=0.003)
+    assert responses.excitation(BENCH.case("rigaud-2020/fig5-1.6rpm")) == pytest.approx(1.0, abs=0.003)

@@ -1,7 +1,5 @@
 """The measures that published rows share, by subject; a row names one and reduces its values."""
 
-from gears3d.verification.papers.measures import camera as camera
-from gears3d.verification.papers.measures import excitation as excitation
 from gears3d.verification.papers.measures import geometry as geometry
 from gears3d.verification.papers.measures import oil as oil
 from gears3d.verification.papers.measures import responses as responses
