@@ -6,8 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from gears3d.verification.validation.oracles import Case
-from gears3d.verification.validation.oracles.penalty import ratio_for
+from gears3d.verification.validation.twin import Case, ratio_for
 
 
 def displacement(numbers: Case, duration: float, stiffness: float) -> np.ndarray:

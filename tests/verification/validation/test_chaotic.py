@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gears3d.simulation import simulate
-from gears3d.verification.validation.chaotic import PHASES, WIDTH, bright, ratio, summary
+from gears3d.verification.validation.agreement import PHASES, WIDTH, bright, ratio, summary
 
 
 def twins(restitution: float, shift: float) -> np.ndarray:

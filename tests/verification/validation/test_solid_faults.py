@@ -6,7 +6,7 @@ import pytest
 from gears3d.diagnosis.heldout import heldout_3d
 from gears3d.gears import quasi_static
 from gears3d.scenario import load
-from gears3d.verification.validation.solid_faults import BENCH, FAULTS, judged
+from gears3d.verification.validation.faults import BENCH, FAULTS, judged
 
 BY_NAME = {fault.name: fault for fault in FAULTS}
 
