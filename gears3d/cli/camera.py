@@ -148,7 +148,7 @@ def _show(picture: Path | None, folder: Path | None, taken: Strip) -> None:
     from rich.table import Table
 
     from gears3d.views.camera.subject import told
-    from gears3d.views.plots.panel import WORDS
+    from gears3d.views.plots.section import WORDS
 
     rows = Table(box=None, padding=(0, 2, 0, 0))
     for name in ("time [s]", "pairs", "shows", "gaps [µm]"):

@@ -45,7 +45,7 @@ def compare(
     from gears3d.cli.output import print_json, print_rows, print_warnings
     from gears3d.errors import Fault, InputError, UsageError
     from gears3d.recording import read
-    from gears3d.views.results.rows import comparison_rows
+    from gears3d.views.rows import comparison_rows
 
     if _is_scenario(b):
         _verdict(a, b, map_file, column, set_, mode, (out, plot), as_json)

@@ -123,8 +123,8 @@ def _replay(found: Diagnosis, admitted: Sequence[Admitted], file: Path) -> str:
     from gears3d.cli.progress import bars
     from gears3d.diagnosis.excerpt import excerpt
     from gears3d.errors import GearsError
-    from gears3d.views.replay.side_by_side import beside, off
-    from gears3d.views.replay.write import require_rerun
+    from gears3d.views.replay.document import beside, off
+    from gears3d.views.replay.scene import require_rerun
 
     with bars() as track:
         tick = track("replay", 2.0)

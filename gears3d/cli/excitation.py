@@ -46,7 +46,7 @@ def _print(found: Assessment, title: str) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from gears3d.views.results.rows import assessment_rows
+    from gears3d.views.rows import assessment_rows
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
     table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))

@@ -107,7 +107,7 @@ def _print(option: Option) -> None:
     from rich.table import Table
 
     from gears3d.views.plots.numbers import figure
-    from gears3d.views.results.rows import aim_row, interval_rows
+    from gears3d.views.rows import aim_row, interval_rows
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 120)
     columns = ("run", "speed", "length", "parameter", "95 %, alone", "95 %, with those before")

@@ -131,7 +131,7 @@ def _several(
     """Return the replay of several side by side; records are measured with the rig."""
     from gears3d.cli.filmed import filmed
     from gears3d.errors import Fault, InputError
-    from gears3d.views.replay.side_by_side import Shown, several
+    from gears3d.views.replay.document import Shown, several
 
     shown = []
     for source in sources:

@@ -25,7 +25,7 @@ def report(
     from gears3d.errors import Fault, InputError
     from gears3d.recording import describe as told
     from gears3d.recording import read
-    from gears3d.views.results.rows import recording_rows, spectra_of
+    from gears3d.views.rows import recording_rows, spectra_of
 
     recording = read(run)
     if "model" not in recording.meta and not len(recording.impacts["time_s"]):

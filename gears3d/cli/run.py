@@ -259,7 +259,7 @@ def print_summary(summary: dict[str, Any], place: Path) -> None:
 
 def summary_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """Return the table's lines as (name, value)."""
-    from gears3d.views.results.rows import impacts_line, regime_line
+    from gears3d.views.rows import impacts_line, regime_line
 
     out = [("regime", regime_line(summary)), ("impacts after settling", impacts_line(summary))]
     for flank in ("active", "reverse"):

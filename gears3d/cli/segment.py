@@ -104,9 +104,8 @@ def _one(admitted: Admitted, place: Path | None, plot: Path | None, as_json: boo
     from gears3d.cli.progress import bars
     from gears3d.measured import segmentation
     from gears3d.provenance import provenance
-    from gears3d.views.pages.measured import durations
-    from gears3d.views.pages.measured_data import orders_told
-    from gears3d.views.results.rows import measurement_rows
+    from gears3d.views.pages.measured import durations, orders_told
+    from gears3d.views.rows import measurement_rows
 
     file = admitted.file
     if not as_json:

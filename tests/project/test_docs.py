@@ -23,7 +23,7 @@ from gears3d.errors import InputError
 from gears3d.identify import read_campaign
 from gears3d.scenario.document import names
 from gears3d.verification.papers import papers
-from gears3d.views.pages.terms import TERMS
+from gears3d.views.pages.engine import TERMS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]

@@ -8,9 +8,9 @@ from rerun.chunk import RrdReader
 
 from gears3d.cli import main
 from gears3d.diagnosis.excerpt import PERIODS, excerpt
-from gears3d.views.plots import colours
+from gears3d.views.replay import scene as colours
 from gears3d.views.replay import viewer
-from gears3d.views.replay.side_by_side import NAMES, beside, off
+from gears3d.views.replay.document import NAMES, beside, off
 from tests.views.test_replay import columns, seconds
 from tests.views.test_replay_viewer import painted, share
 

@@ -16,7 +16,7 @@ from gears3d.simulation import record
 from gears3d.views.camera import Look, camera, measured, shots, strip, subject, write_film
 from gears3d.views.camera.subject import named
 from gears3d.views.camera.subject import picture_table as table
-from gears3d.views.plots.panel import _gear, colour_of
+from gears3d.views.plots.section import _gear, colour_of
 
 STRIP = "scenarios/rigaud-2020/fig8-strip.toml"
 PAIRS = [(1,), (6, 7), (12,), (18,), (24,), (29, 30), (35,), (40, 41), (46,)]

@@ -24,13 +24,13 @@ from gears3d.diagnosis.verdict import classify
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.measured.checks import Finding
+from gears3d.palette import FLANKS, rgb
 from gears3d.scenario import load
 from gears3d.verification.challenge import score
 from gears3d.views.pages import diagnosed as story
 from gears3d.views.pages.diagnosed import CHANNEL_WORDS, SHOWN, STRUCTURES, render, write
 from gears3d.views.pages.diagnosed_charts import of_cause, of_remains, samples
-from gears3d.views.pages.terms import DOCS
-from gears3d.views.plots.colours import FLANKS
+from gears3d.views.pages.engine import DOCS
 from tests.diagnosis.test_placing import flights_under
 from tests.views.test_measured_report import INKED
 from tests.views.test_report import Reader
@@ -354,4 +354,4 @@ def test_the_readme_s_diagnosis_can_be_made(chromium, tmp_path):
         assert fresh.width == shown.width
         seen = np.asarray(fresh.convert("RGB")).astype(int)
     for flank in FLANKS:
-        assert np.mean(np.abs(seen - np.array(flank)).max(axis=-1) < 24) > 5e-4
+        assert np.mean(np.abs(seen - np.array(rgb(flank))).max(axis=-1) < 24) > 5e-4

@@ -13,10 +13,19 @@ from gears3d.scenario import load
 from gears3d.signals.orders import each_alone
 from gears3d.simulation import record
 from gears3d.views.camera import camera
-from gears3d.views.pages.engine import Picture
-from gears3d.views.pages.measured import duration_lines, durations, render, write
-from gears3d.views.pages.measured_data import DEVIATIONS, FINE, RIDGE, close_up, orders_told, path_lines
-from gears3d.views.pages.terms import DOCS
+from gears3d.views.pages.engine import DOCS, Picture
+from gears3d.views.pages.measured import (
+    DEVIATIONS,
+    FINE,
+    RIDGE,
+    close_up,
+    duration_lines,
+    durations,
+    orders_told,
+    path_lines,
+    render,
+    write,
+)
 from tests.views.test_report import SCENARIO, Reader
 
 FOUND = (

@@ -13,8 +13,7 @@ from gears3d.errors import InputError, UsageError
 from gears3d.recording import Recording
 from gears3d.runs import RunFolder
 from gears3d.scenario import load
-from gears3d.views.plots.motion import Motion, frames
-from gears3d.views.plots.teeth import Section
+from gears3d.views.plots.section import Motion, Section, frames
 from gears3d.views.replay import replay, viewer
 from tests.views.film import FREQUENCY, film
 

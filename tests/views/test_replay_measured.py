@@ -9,8 +9,7 @@ from gears3d import load
 from gears3d.cli import main
 from gears3d.measured.segmentation import measure
 from gears3d.simulation import record
-from gears3d.views.plots.motion import Motion, as_measured, frames, is_measured
-from gears3d.views.plots.teeth import Section
+from gears3d.views.plots.section import Motion, Section, as_measured, frames, is_measured
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"
 BENCH = {"run.duration": "1 s"}

@@ -7,7 +7,7 @@ import pytest
 
 from gears3d.gears import Gear, Pair
 from gears3d.gears.outline import outline
-from gears3d.views.plots.teeth import Section, widening
+from gears3d.views.plots.section import Section, widening
 from gears3d.views.replay.scene import flank_lines
 
 SPUR = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)

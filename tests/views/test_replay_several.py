@@ -11,9 +11,9 @@ from gears3d.errors import InputError, UsageError
 from gears3d.recording import Recording
 from gears3d.runs import RunFolder
 from gears3d.scenario import load
-from gears3d.views.plots import colours
 from gears3d.views.replay import replay, viewer
-from gears3d.views.replay.side_by_side import Shown, several
+from gears3d.views.replay import scene as colours
+from gears3d.views.replay.document import Shown, several
 from tests.views.film import FREQUENCY, film
 from tests.views.test_replay import ROOT, columns, seconds
 from tests.views.test_replay_viewer import painted, share

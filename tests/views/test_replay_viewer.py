@@ -15,8 +15,8 @@ from PIL import Image
 
 from gears3d.cli import main
 from gears3d.scenario import load
-from gears3d.views.plots import colours
 from gears3d.views.replay import replay, viewer
+from gears3d.views.replay import scene as colours
 from tests.views.film import film
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -194,7 +194,7 @@ def test_pictures_of_the_readme_can_be_made(shots, tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr
-    # layout.py gives both views of the gears 36 % of the window; the other picture is all gears
+    # curves.layout gives both views of the gears 36 % of the window; the other picture is all gears
     for name, least in (("replay.png", 0.08), ("mesh-zone.png", 0.2)):
         assert (tmp_path / name).stat().st_size <= 300_000
         assert (ROOT / "docs/pictures" / name).stat().st_size <= 300_000

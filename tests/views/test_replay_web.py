@@ -20,8 +20,8 @@ from PIL import Image
 
 from gears3d.runs import RunFolder
 from gears3d.scenario import load
-from gears3d.views.plots import colours
-from gears3d.views.replay.write import BACKGROUND
+from gears3d.views.replay import scene as colours
+from gears3d.views.replay.scene import BACKGROUND
 from tests.views.film import FREQUENCY, film
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,7 +32,7 @@ SCENE, SECTION, ZONE = np.s_[66:256, 2:404], np.s_[66:238, 450:690], np.s_[290:5
 ABOUT, TOUCHING = np.s_[595:675, 2:700], np.s_[285:291, 970:1278]
 CURVES = {"displacement": np.s_[66:202, 738:1278], "velocity": np.s_[322:425, 722:1278]}
 CURVES |= {"speed": np.s_[473:549, 730:1278], "torque": np.s_[597:675, 736:1278]}
-"""Where layout.py puts the views in a window of this size: rows and columns of pixels."""
+"""Where curves.layout puts the views in a window of this size: rows and columns of pixels."""
 PAUSE, TIMELINE = (27, 706), (316, 1073, 706)
 """Where to press to pause, and where the line of time begins and ends."""
 CURSOR, PIXELS_A_SECOND = 269, 815.0

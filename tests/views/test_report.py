@@ -19,9 +19,8 @@ from gears3d.runs import summarise
 from gears3d.scenario import load
 from gears3d.simulation import simulate
 from gears3d.views.camera import camera
-from gears3d.views.pages.engine import Picture
+from gears3d.views.pages.engine import DOCS, Picture
 from gears3d.views.pages.run import render, write
-from gears3d.views.pages.terms import DOCS
 
 SCENARIO = Path(__file__).resolve().parents[2] / "scenarios/rigaud-2020/fig5-20rpm.toml"
 COMPARISON = {

@@ -8,9 +8,9 @@ from gears3d.effects import Flank, Gear, flank_harmonic, flank_tooth
 from gears3d.gears import Gear as GearShape
 from gears3d.gears import Pair
 from gears3d.recording import Recording
+from gears3d.views.pages.charts import TICK, contacts, cornered, crossings, knots, traces, walls
 from gears3d.views.pages.run import mesh
-from gears3d.views.pages.traces import TICK, contacts, cornered, crossings, knots, traces, walls
-from gears3d.views.plots.teeth import widening
+from gears3d.views.plots.section import widening
 
 RADIUS, GAP = 0.148, 250e-6
 

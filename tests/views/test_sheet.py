@@ -7,8 +7,8 @@ import pytest
 from shapely.geometry import Polygon
 
 from gears3d.gears import Gear, Pair, path_points
-from gears3d.views.plots.sheet import drawing, posed
-from gears3d.views.plots.teeth import widening
+from gears3d.views.plots.section import widening
+from gears3d.views.sheet import drawing, posed
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 SPUR = Pair.from_backlash(RIG, RIG, 250e-6)

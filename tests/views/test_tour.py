@@ -11,7 +11,7 @@ from gears3d.errors import UsageError
 from gears3d.measured.segmentation import measure
 from gears3d.simulation import record
 from gears3d.views.camera import measured, subject, write_tour
-from gears3d.views.camera.tour import events, stretch
+from gears3d.views.camera.film import events, stretch
 
 NAME = "rigaud-2020/fig5-20rpm"
 ROUND = ["contact loss", "flight", "impact", "bounce", "contact"]

@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.views.plots.motion import Motion, as_measured, is_measured, states
-from gears3d.views.plots.panel import Shot
-from gears3d.views.plots.teeth import Section
+from gears3d.views.plots.section import Motion, Section, Shot, as_measured, is_measured, states
 
 if TYPE_CHECKING:
     from collections.abc import Callable

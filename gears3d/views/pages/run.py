@@ -19,10 +19,10 @@ from gears3d.units import parse as quantity
 from gears3d.units import show
 from gears3d.views.camera import camera, section_svg
 from gears3d.views.pages import engine
+from gears3d.views.pages.charts import blocks, contacts, crossings
 from gears3d.views.pages.engine import Claim, Head, Key, Picture
-from gears3d.views.pages.traces import blocks, contacts, crossings
 from gears3d.views.plots.numbers import Figure, figure, kind_of, plain, pretty
-from gears3d.views.plots.teeth import widening
+from gears3d.views.plots.section import widening
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair

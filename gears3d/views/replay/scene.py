@@ -1,20 +1,117 @@
-"""The gears at true scale and the mesh zone with its backlash drawn wider: solids, contacts, gaps, impulses."""
+"""The gears at true scale and the mesh zone with its backlash drawn wider: solids, contacts, gaps, impulses.
+
+rerun is imported on first use; its columns are times, turning transforms, and marks that come and go.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from math import pi
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d import palette
+from gears3d.extras import Late, require
+from gears3d.files import replacing
 from gears3d.gears.gear import inv
 from gears3d.gears.solids import solid_arrays
-from gears3d.views.plots import colours
-from gears3d.views.replay.write import marks, rr, trail, turn
 
 if TYPE_CHECKING:
-    from gears3d.views.plots.motion import Frames, Motion
-    from gears3d.views.plots.teeth import Section
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+    from gears3d.views.plots.section import Frames, Motion, Section
+else:
+    rr = Late("rerun", "a replay", "replay")
+    rrb = Late("rerun.blueprint", "a replay", "replay")
+
+
+def require_rerun() -> None:
+    """Refuse early where rerun is not installed."""
+    require("rerun", "a replay", "replay")
+
+
+APPLICATION = "gears3d"
+BACKGROUND = [0x16, 0x18, 0x1D]
+"""Of the pictures."""
+
+TIMELINE = "sim_time"
+IMPACT = "impact"
+
+
+@contextmanager
+def film(target: Path, arranged: rrb.Blueprint) -> Iterator[rr.RecordingStream]:
+    """Open a recording under a temporary name, which is renamed when all is written."""
+    with replacing(target) as unfinished:
+        try:
+            with rr.RecordingStream(APPLICATION) as rec:
+                rec.save(unfinished, default_blueprint=arranged)
+                yield rec
+                rec.flush()
+        except RuntimeError as error:  # what the recorder raises when a disk is full
+            raise OSError(str(error)) from error
+
+
+def clock(time: np.ndarray) -> rr.TimeColumn:
+    """Return the column of simulated time, whole nanoseconds."""
+    return rr.TimeColumn(TIMELINE, duration=np.round(np.asarray(time) * 1e9).astype("timedelta64[ns]"))
+
+
+def scalars(rec: rr.RecordingStream, entity: str, time: np.ndarray, values: np.ndarray) -> None:
+    """Write a curve, or several that share their times."""
+    columns = rr.Scalars.columns(scalars=np.ascontiguousarray(values, dtype=np.float64).ravel())
+    if values.ndim == 2:
+        columns = columns.partition(np.full(len(values), values.shape[1]))
+    rec.send_columns(entity, indexes=[clock(time)], columns=columns)
+
+
+def turn(rec: rr.RecordingStream, entity: str, time: np.ndarray, angle: np.ndarray) -> None:
+    """Write a rotation about +z."""
+    half = 0.5 * np.mod(angle, 4.0 * np.pi)
+    quaternion = np.zeros((len(time), 4), dtype=np.float32)
+    quaternion[:, 2], quaternion[:, 3] = np.sin(half), np.cos(half)
+    rec.send_columns(entity, indexes=[clock(time)], columns=rr.Transform3D.columns(quaternion=quaternion))
+
+
+def marks(rec: rr.RecordingStream, entity: str, time: np.ndarray, counts: np.ndarray, columns: Iterable[Any]) -> None:
+    """Write marks of which ``counts[i]`` are there from ``time[i]`` on; rows that change nothing are left out."""
+    keep = (counts > 0) | (np.r_[1, counts[:-1]] > 0)
+    parts = [column.partition(counts[keep]) for column in columns]
+    rec.send_columns(entity, indexes=[clock(time[keep])], columns=[c for part in parts for c in part])
+
+
+def trail(
+    time: np.ndarray, life: float, levels: int, most: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return what is seen of events that fade: a row whenever one comes, fades by a level or goes.
+
+    >>> rows = trail(np.array([0.0, 0.3]), life=0.4, levels=2, most=5)
+    >>> [part.tolist() for part in (rows[0].round(3), *rows[1:])]
+    [[0.0, 0.2, 0.3, 0.4, 0.5, 0.7], [1, 1, 2, 1, 1, 0], [0, 0, 0, 1, 1, 1], [0, 1, 1, 0, 0, 1]]
+    """
+    tick = max(round(life / levels * 1e9), 1)
+    born = np.round(np.asarray(time) * 1e9).astype(np.int64)
+    at = np.unique(born[:, None] + tick * np.arange(levels + 1))
+    end = np.searchsorted(born, at, side="right")
+    begin = np.maximum(np.searchsorted(born, at - tick * levels, side="right"), end - most)
+    counts = end - begin
+    which = np.repeat(begin, counts) + np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    level = (np.repeat(at, counts) - born[which]) // tick
+    return at * 1e-9, counts, which, level
+
+
+# The palette as red, green, blue
+FLANKS = tuple(palette.rgb(colour) for colour in palette.FLANKS)
+"""By the code of the flank in a recording."""
+FLIGHT, TWIN, EXTENDED, FOURTH = map(palette.rgb, (palette.FLIGHT, palette.TWIN, palette.EXTENDED, palette.FOURTH))
+DRIVE, LOOSE, MARK = (0x8A, 0x94, 0xA0), (0xCF, 0xC6, 0xB2), (0x30, 0x34, 0x3A)
+"""Solids in the light of a scene, and the mark on them."""
+LINE = (0xF0, 0xF0, 0xF0)
+"""Measured quantities on the dark plots."""
+
 
 POINTS = 9
 """Points on each involute."""
@@ -80,7 +177,7 @@ def place_gears(rec: rr.RecordingStream, root: str, section: Section) -> None:
 def solids(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
     """Write both solids and their rotation."""
     place_gears(rec, SCENE, section)
-    colour = (colours.DRIVE, colours.LOOSE)
+    colour = (DRIVE, LOOSE)
     for which, name in enumerate(_NAMES):
         vertices, faces, normals = solid_arrays(section.pair, name, CHORD, 5.0 * CHORD)
         rec.log(
@@ -106,7 +203,7 @@ def _mark(section: Section, which: int) -> rr.LineStrips3D:
     inner = max(0.12 * root, 0.6e3 * (gear.bore or 0.0))
     hub = inner * np.column_stack([np.cos(angle), np.sin(angle)])
     line = np.array([[inner, 0.0], [0.96 * root, 0.0]])
-    return rr.LineStrips3D([lifted(hub, height), lifted(line, height)], colors=[colours.MARK], radii=[-1.5])
+    return rr.LineStrips3D([lifted(hub, height), lifted(line, height)], colors=[MARK], radii=[-1.5])
 
 
 def contacts(
@@ -118,7 +215,7 @@ def contacts(
     counts = np.bincount(row, minlength=len(frames.time))
     spot = lifted(section.point(travel, flank), height)
     along = lifted(section.normal(flank), 0.0) * reach
-    colour = np.array(colours.FLANKS, dtype=np.uint8)[flank]
+    colour = np.array(FLANKS, dtype=np.uint8)[flank]
     points = rr.Points3D.columns(positions=spot, colors=colour, radii=np.full(len(spot), -size))
     marks(rec, f"{root}/contacts", frames.time, counts, [points])
     ends = np.stack([spot - along, spot + along], axis=1).astype(np.float32)
@@ -140,7 +237,7 @@ def impulses(
     spot = lifted(section.point(section.meeting(angle, flank, impacts["tooth_drive"]), flank), height)
     vector = lifted(section.normal(flank), 0.0) * (impulse * scale)[:, None]
     at, counts, which, level = trail(time, TRAIL / motion.frame_rate(), len(LEVELS), MOST)
-    colour = np.array(colours.FLANKS)[flank[which]] * np.array(LEVELS)[level][:, None]
+    colour = np.array(FLANKS)[flank[which]] * np.array(LEVELS)[level][:, None]
     arrows = rr.Arrows3D.columns(
         origins=(spot - vector)[which],
         vectors=vector[which],
@@ -181,7 +278,7 @@ def zone_gears(rec: rr.RecordingStream, section: Section, frames: Frames, root: 
                 vertex_positions=lifted(vertices, 0.0),
                 triangle_indices=faces.astype(np.uint32),
                 vertex_normals=np.tile(np.array([0, 0, 1], dtype=np.float32), (len(vertices), 1)),
-                albedo_factor=[*(colours.DRIVE, colours.LOOSE)[which], 255],
+                albedo_factor=[*(DRIVE, LOOSE)[which], 255],
             ),
             static=True,
         )
@@ -189,7 +286,7 @@ def zone_gears(rec: rr.RecordingStream, section: Section, frames: Frames, root: 
             strips = flank_lines(section, which, flank)
             rec.log(
                 f"{root}/{name}/body/{word}",
-                rr.LineStrips3D(strips, colors=[colours.FLANKS[flank]], radii=[-1.8]),
+                rr.LineStrips3D(strips, colors=[FLANKS[flank]], radii=[-1.8]),
                 static=True,
             )
     base = section.base_radii
@@ -205,7 +302,7 @@ def lines_of_action(rec: rr.RecordingStream, section: Section, root: str = ZONE)
         strip = lifted(section.point(ends, np.full(2, flank)), 0.2)
         rec.log(
             f"{root}/path_of_contact/{word}",
-            rr.LineStrips3D([strip], colors=[colours.FLANKS[flank]], radii=[-0.7]),
+            rr.LineStrips3D([strip], colors=[FLANKS[flank]], radii=[-0.7]),
             static=True,
         )
 
@@ -222,6 +319,6 @@ def zone_gaps(rec: rr.RecordingStream, section: Section, frames: Frames, root: s
         foot = section.point(travel, code)
         head = foot + (share * section.backlash)[:, None] * section.normal(code)
         strips.append(np.stack([lifted(foot, 0.25), lifted(head, 0.25)], axis=1))
-    rec.log(f"{root}/gaps", rr.LineStrips3D.from_fields(colors=[colours.FLIGHT], radii=[-2.5]), static=True)
+    rec.log(f"{root}/gaps", rr.LineStrips3D.from_fields(colors=[FLIGHT], radii=[-2.5]), static=True)
     columns = rr.LineStrips3D.columns(strips=np.stack(strips, axis=1).reshape(-1, 2, 3))
     marks(rec, f"{root}/gaps", frames.time, np.where(frames.flank < 0, 2, 0), [columns])

@@ -23,7 +23,7 @@ from urllib.parse import quote, urlsplit
 from gears3d.errors import Fault, GearsError, MissingExtraError
 from gears3d.extras import pip_line, require
 from gears3d.files import outside_environment
-from gears3d.views.replay.write import TIMELINE
+from gears3d.views.replay.scene import TIMELINE
 
 HOST = "127.0.0.1"
 """Loopback: only this machine can connect."""

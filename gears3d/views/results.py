@@ -1,15 +1,20 @@
-"""What a page, a folder and a picture show of each kind of result."""
+"""Results of every kind as a folder, a page and a picture: the one way in which they leave gears3d."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping, Sequence
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import UsageError
+from gears3d.files import replacing, write_picture, write_text
+from gears3d.provenance import provenance
 from gears3d.results import Result
+from gears3d.runs.folder import refuse_foreign
 from gears3d.views.pages.engine import Key
 from gears3d.views.plots.numbers import figure, spread
 
@@ -26,6 +31,119 @@ if TYPE_CHECKING:
     from gears3d.sweep import Done
     from gears3d.views.camera import Strip
     from gears3d.views.sheet import DataSheet
+
+
+def save(
+    result: Any, folder: Path, *, scenario: Any = None, command: str = "", inputs: Iterable[str | Path | None] = ()
+) -> Path:
+    """Write a folder with the page, the numbers, the data and a picture.
+
+    Args:
+        result: of any kind.
+        folder: created if missing; files of these names in it are replaced.
+        scenario: written as ``scenario.toml`` if given.
+        command: for the provenance.
+        inputs: files that went in, for the provenance.
+
+    Returns:
+        The folder.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    told = contents(result)
+    if told.name == "summary" and folder.exists():
+        refuse_foreign(folder)  # summary.json marks a folder that a later run may replace
+    made = provenance(inputs, command)
+    for name, write in told.tables.items():
+        with replacing(folder / name) as unfinished:
+            write(unfinished)
+    if scenario is not None:
+        write_text(folder / "scenario.toml", scenario.document)
+    if told.draw is not None:
+        write_picture(folder / (told.picture or f"{told.name}.png"), told.draw)
+    text = json.dumps({**told.data, "provenance": made}, indent=2, ensure_ascii=False, allow_nan=False)
+    write_text(folder / f"{told.name}.json", text + "\n")
+    files = [f"{told.name}.json", *told.tables, *told.present, *(["scenario.toml"] if scenario is not None else [])]
+    write_text(folder / "report.html", _page(told, made, tuple(files)))
+    return folder
+
+
+def report(result: Any, command: str = "") -> str:
+    """Return the page of a result.
+
+    Args:
+        result: of any kind.
+        command: for the provenance.
+    """
+    return _page(contents(result), provenance((), command), ())
+
+
+def page(result: Any, made: dict[str, Any], files: tuple[str, ...]) -> str:
+    """Return the page of a result with its provenance and links to files in the same folder."""
+    return _page(contents(result), made, files)
+
+
+def plot(result: Any, file: Path | None = None) -> Figure:
+    """Return a result as a picture, and write it if a file is named.
+
+    Args:
+        result: of any kind.
+        file: ends in ``.png``, ``.svg`` or ``.pdf``.
+
+    Raises:
+        UsageError: there is nothing to draw, or the ending is another.
+        InputError: the file cannot be written.
+    """
+    from gears3d.errors import UsageError
+
+    draw = contents(result).draw
+    if draw is None:
+        raise UsageError(f"{type(result).__name__}: there is nothing to draw")
+    figure = draw()
+    if file is not None:
+        write_picture(file, lambda: figure)
+    return figure
+
+
+MOST_VECTOR = 400_000
+"""Bytes of a picture up to which a page has it as lines; a larger one becomes pixels."""
+
+
+def _page(told: Contents, made: dict[str, Any], files: tuple[str, ...]) -> str:
+    """Return the page: charts where the pictures are lines, points and bands, else the first picture itself."""
+    from gears3d.views.pages import engine
+    from gears3d.views.pages.charts import charts_of
+
+    if told.page is not None:
+        return told.page(made, files)
+    head = engine.Head(told.about, told.title, told.question, told.answer, told.keys, told.tone, told.verdict,
+                       told.source, [note[:1].upper() + note[1:] for note in told.notes if note])  # fmt: skip
+    charts: dict[str, Any] = {}
+    pictures = []
+    for number, draw in enumerate([] if told.draw is None else [told.draw, *told.more]):
+        figure = draw()
+        if (found := charts_of(figure)) is None:
+            pictures.append(engine.Picture(_saved(figure), told.words or told.question))
+        else:
+            charts |= {f"{number}-{name}": chart for name, chart in found.items()}
+    return engine.render(
+        "result.html.j2", head, made, files, charts=charts, pictures=pictures, words=told.words or told.question,
+        rows=[(name, value) for name, value in told.rows if value],
+        trust=[(name, value) for name, value in told.trust if value], snippet=told.snippet,
+    )  # fmt: skip
+
+
+def _saved(figure: Figure) -> str | bytes:
+    """Return a figure as SVG text, or as PNG where that is large."""
+    file = BytesIO()
+    figure.savefig(file, format="svg")
+    if len(file.getvalue()) <= MOST_VECTOR:
+        return file.getvalue().decode()
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=130)
+    return file.getvalue()
+
 
 Writer = Callable[[Path], object]
 
@@ -134,7 +252,7 @@ def recording(result: Recording) -> Contents:
     """Return the content of a recording: what its motion is."""
     from gears3d.recording import describe
     from gears3d.views.plots.pictures import recording_picture
-    from gears3d.views.results.rows import impacts_line, recording_rows, regime_line, spectra_of
+    from gears3d.views.rows import impacts_line, recording_rows, regime_line, spectra_of
 
     found = {**describe(result), "spectra": spectra_of(result)}
     has_path = "displacement_m" in result.signals
@@ -163,7 +281,7 @@ def recording(result: Recording) -> Contents:
 def comparison(result: Comparison) -> Contents:
     """Return the content of a comparison."""
     from gears3d.comparison import picture
-    from gears3d.views.results.rows import comparison_rows
+    from gears3d.views.rows import comparison_rows
 
     tested, reference = result.tested, result.reference
     draw = None if tested is None or reference is None else lambda: picture(result, tested, reference)
@@ -212,7 +330,7 @@ def model(result: ModelVerdict) -> Contents:
 def law(result: Identified) -> Contents:
     """Return the content of an identified law."""
     from gears3d.identify import picture_of
-    from gears3d.views.results.rows import goodness_rows, law_rows, parameter_words
+    from gears3d.views.rows import goodness_rows, law_rows, parameter_words
 
     name = LAWS.get(result.law, _words(result.law.replace("+", " and ")))
     keys = []
@@ -253,7 +371,7 @@ LAWS = {
 def assessment(result: Assessment) -> Contents:
     """Return the content of an assessment before any simulation."""
     from gears3d.views.plots.pictures import regime_map
-    from gears3d.views.results.rows import assessment_rows
+    from gears3d.views.rows import assessment_rows
 
     expected = result.expected
     why = f": {expected.why}" if expected.why else ""
@@ -281,8 +399,7 @@ def assessment(result: Assessment) -> Contents:
 
 def sheet(result: DataSheet) -> Contents:
     """Return the content of the data sheet of a pair."""
-    from gears3d.views.plots.sheet import drawing
-    from gears3d.views.sheet import rows, tables
+    from gears3d.views.sheet import drawing, rows, tables
 
     lines = [
         (f"{name} {symbol}".strip(), " | ".join(dict.fromkeys(texts)))
@@ -310,11 +427,10 @@ def sheet(result: DataSheet) -> Contents:
 
 def measurement(result: Measurement) -> Contents:
     """Return the content of a segmented record, which has a page of its own."""
-    from gears3d.views.pages.measured import durations, render
-    from gears3d.views.pages.measured_data import orders_told
+    from gears3d.views.pages.measured import durations, orders_told, render
     from gears3d.views.pages.run import over_a_period
     from gears3d.views.plots.pictures import measurement_picture
-    from gears3d.views.results.rows import measurement_rows
+    from gears3d.views.rows import measurement_rows
 
     summary = {
         "file": "",
@@ -377,7 +493,7 @@ def diagnosis(result: Diagnosis) -> Contents:
 def measurement_plan(result: MeasurementPlan) -> Contents:
     """Return the content of a plan of runs to measure, each a scenario file."""
     from gears3d.views.plots.pictures import plan_picture
-    from gears3d.views.results.rows import plan_answer, plan_rows
+    from gears3d.views.rows import plan_answer, plan_rows
 
     scenarios = dict(result.scenarios())
     tables: dict[str, Writer] = {
@@ -421,7 +537,7 @@ def static_error(result: StaticError) -> Contents:
 def rundown(result: Rundown) -> Contents:
     """Return the content of a coast-down in the engine."""
     from gears3d.identify import picture_of
-    from gears3d.views.results.rows import law_rows
+    from gears3d.views.rows import law_rows
 
     told = result.to_dict()
     columns = {"time_s": result.time, "theta_loose_rad": result.theta, "omega_loose_rad_s": result.omega}
@@ -486,7 +602,7 @@ def swept(result: Done) -> Contents:
     """Return the content of a sweep; its dataset stays in its folder."""
     from gears3d.sweep.drawing import all_pictures
     from gears3d.sweep.run import duration
-    from gears3d.views.results.rows import sweep_answer
+    from gears3d.views.rows import sweep_answer
 
     plan, counts = result.plan, result.counts
     grid = " x ".join(f"{size} {name}" for name, size in plan.dims)

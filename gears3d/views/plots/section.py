@@ -1,26 +1,309 @@
-"""The mesh as the camera sees it: gears in section, what touches, the gaps, the numbers of the teeth, a scale."""
+"""The mesh in pictures: the teeth in transverse section, where they are at which instant, and how they are painted.
+
+Lengths of the section are in mm, the drive gear's axis is at the origin, the loose gear's at (centre_distance, 0) and
+teeth meet at the pitch point moving along +y. The backlash is drawn wider where it would not be seen.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from math import atan, cos, hypot, pi, sin
+from math import atan, cos, hypot, pi, sin, tan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from gears3d import palette
+from gears3d.effects import Code
 from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.gears.deviation import GEARS
+from gears3d.gears.gear import inv
 from gears3d.gears.outline import Outline, outline
 from gears3d.palette import EDGE
 from gears3d.recording import FLANKS
-from gears3d.views.plots.teeth import Section, widened, widening
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from gears3d.effects import Row
     from gears3d.gears import Pair
+    from gears3d.recording import Recording
+
+MM = 1e3
+_FACTORS = np.array([1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 80, 100, 150, 200, 300, 500, 1000])
+
+
+@dataclass(frozen=True)
+class Section:
+    """Transverse section of a pair, its backlash drawn ``factor`` times as wide.
+
+    The reverse flanks are moved into the teeth, each gear's by half, so the pair drawn is an exact pair of the wider
+    backlash; its active flanks stay where they are.
+
+    Args:
+        pair: the gears.
+        factor: drawn backlash / backlash.
+    """
+
+    pair: Pair
+    factor: float = 1.0
+
+    @cached_property
+    def base_radii(self) -> tuple[float, float]:
+        """Base radii of drive and loose gear [mm]."""
+        return self.pair.drive.base_radius * MM, self.pair.loose.base_radius * MM
+
+    @cached_property
+    def base_pitch(self) -> float:
+        """Distance of neighbouring flanks along the line of action [mm]."""
+        return self.pair.drive.base_pitch * MM
+
+    @cached_property
+    def backlash(self) -> float:
+        """Width of the dead band as drawn [mm]."""
+        return self.pair.backlash * MM * self.factor
+
+    @cached_property
+    def pitch_point(self) -> tuple[float, float]:
+        """Pitch point (x, y) [mm]."""
+        return self.base_radii[0] / cos(self.pair.working_pressure_angle), 0.0
+
+    @cached_property
+    def thickness(self) -> tuple[float, float]:
+        """Tooth thickness angle of drive and loose gear at the working pitch circle, as drawn [rad].
+
+        Source: ISO 21771:2007, the thicknesses and the backlash fill the working pitch.
+        """
+        alpha = self.pair.working_pressure_angle
+        full = [2.0 * (gear.base_half_angle - inv(alpha)) for gear in (self.pair.drive, self.pair.loose)]
+        surplus = sum(a * rb for a, rb in zip(full, self.base_radii, strict=True)) + self.backlash - self.base_pitch
+        drive, loose = (a - 0.5 * surplus / rb for a, rb in zip(full, self.base_radii, strict=True))
+        return drive, loose
+
+    @cached_property
+    def path(self) -> tuple[float, float]:
+        """Ends of the path of contact along the line of action, from the pitch point [mm], in order of travel."""
+        alpha = self.pair.working_pressure_angle
+        ends = [gear.base_radius * MM * (gear.tip_roll - tan(alpha)) for gear in (self.pair.drive, self.pair.loose)]
+        return -ends[1], ends[0]
+
+    def normal(self, flank: np.ndarray | int) -> np.ndarray:
+        """Return the unit normal of the drive's flank where it touches, (n, 2)."""
+        alpha = self.pair.working_pressure_angle
+        return np.array([[sin(alpha), cos(alpha)], [sin(alpha), -cos(alpha)]])[flank]
+
+    def travel(self, angle: np.ndarray, flank: np.ndarray | int) -> np.ndarray:
+        """Return how far tooth 1 of the drive has come along the line of action, 0 at the pitch point [mm]."""
+        return self.base_radii[0] * (angle - np.asarray(flank) * self.thickness[0])
+
+    def point(self, travel: np.ndarray, flank: np.ndarray | int) -> np.ndarray:
+        """Return the point of the line of action where a flank has come to, (n, 2) [mm]."""
+        sign = np.where(np.asarray(flank) == 0, 1.0, -1.0)
+        return np.asarray(self.pitch_point) + (sign * travel)[..., None] * self.normal(flank)
+
+    def touching(self, angle: np.ndarray, flank: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the teeth that meet on the path of contact."""
+        safe = np.maximum(flank, 0)
+        start, end = self._ends(safe)
+        come = self.travel(angle, safe)
+        first = np.ceil((come - end) / self.base_pitch).astype(int)
+        most = int(np.ceil((self.path[1] - self.path[0]) / self.base_pitch))
+        tooth = first[:, None] + np.arange(most)
+        travel = come[:, None] - tooth * self.base_pitch
+        row, column = np.nonzero((travel >= start[:, None]) & (flank >= 0)[:, None])
+        return row, tooth[row, column], travel[row, column]
+
+    def meeting(self, angle: np.ndarray, flank: np.ndarray, tooth: np.ndarray) -> np.ndarray:
+        """Return the travel of a given tooth of the drive, in the turn in which it is nearest to the pitch point."""
+        teeth = self.pair.drive.teeth
+        come = self.travel(angle, flank) / self.base_pitch
+        nearest = np.round(come)
+        off = np.mod(tooth - 1 - nearest + teeth // 2, teeth) - teeth // 2
+        return (come - nearest - np.where((tooth > 0) & (np.abs(off) <= 2), off, 0.0)) * self.base_pitch
+
+    def _ends(self, flank: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Ends of the path in order of travel: the reverse flanks run it from tip to root."""
+        start, end = self.path
+        return np.where(flank == 0, start, -end), np.where(flank == 0, end, -start)
+
+
+def widened(pair: Pair, factor: float) -> Pair:
+    """Return a pair with ``factor`` times the backlash, by thinner teeth whose active flanks stay where they are."""
+    return replace(pair, thinning=pair.thinning + 0.5 * (factor - 1.0) * pair.backlash)
+
+
+def widening(pair: Pair) -> float:
+    """Return by which factor to draw the backlash so that the eye sees it: about 20 % of the base pitch."""
+    tips = []
+    for gear in (pair.drive, pair.loose):
+        roll = gear.tip_roll
+        tips.append(2.0 * (gear.base_half_angle - (roll - np.arctan(roll))) * gear.base_radius)
+    room = pair.backlash + 2.0 * 0.6 * min(tips)
+    wanted = min(0.2 * pair.drive.base_pitch, room) / max(pair.backlash, 1e-12)
+    return float(_FACTORS[max(int(np.searchsorted(_FACTORS, wanted, "right")) - 1, 0)])
+
+
+FRAME_RATE = (500.0, 4000.0)
+"""Frames per second of simulated time: at least, at most."""
+FRAMES_PER_PITCH = 24
+PLOT_RATE = 4000.0
+"""Samples per second that plots keep away from impacts."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A recording together with the flanks it moves between.
+
+    Args:
+        recording: what moves.
+        section: the teeth, for the contacts of the true pair.
+        rows: the effects' normal forms; flank deviations among them move the flanks.
+        near: gap below which noise lets flanks be shown as touching at least [m].
+    """
+
+    recording: Recording
+    section: Section
+    rows: tuple[Row, ...] = ()
+    near: float = 0.0
+
+    @cached_property
+    def displacement(self) -> np.ndarray:
+        """Displacement along the line of action at the samples [m], (n,)."""
+        return self.recording.signals["displacement_m"]
+
+    @cached_property
+    def tolerance(self) -> float:
+        """Gap below which flanks are shown as touching [m]."""
+        return max(1e-3 * self.section.pair.backlash, 1e-7, self.near)
+
+    def at(self, time: np.ndarray, name: str) -> np.ndarray:
+        """Return a signal between its samples, (m,)."""
+        return np.interp(time, self.recording.time, self.recording.signals[name])
+
+    def frame_times(self) -> np.ndarray:
+        """Return the instants of the pictures: a regular grid and every impact [s], ascending."""
+        time = self.recording.time
+        if len(time) < 2:
+            return time.copy()
+        grid = np.arange(time[0], time[-1], 1.0 / self.frame_rate())
+        hits = self.recording.impacts["time_s"]
+        return np.union1d(np.append(grid, time[-1]), hits[(hits >= time[0]) & (hits <= time[-1])])
+
+    def frame_rate(self) -> float:
+        """Return regular frames per second of simulated time, enough to see each tooth pass."""
+        time, angle = self.recording.time, self.recording.signals["theta_drive_rad"]
+        pitches = abs(angle[-1] - angle[0]) * self.section.pair.drive.teeth / (2.0 * np.pi)
+        return float(np.clip(FRAMES_PER_PITCH * pitches / max(time[-1] - time[0], 1e-9), *FRAME_RATE))
+
+    def plot_rows(self) -> np.ndarray:
+        """Return the samples that plots keep: all near an impact, elsewhere about PLOT_RATE per second."""
+        time = self.recording.time
+        if len(time) < 3:
+            return np.arange(len(time))
+        step = max(round((len(time) - 1) / max(time[-1] - time[0], 1e-12) / PLOT_RATE), 1)
+        keep = np.zeros(len(time), dtype=bool)
+        keep[::step] = keep[-1] = True
+        after = np.searchsorted(time, self.recording.impacts["time_s"])
+        for offset in (-2, -1, 0, 1):
+            keep[np.clip(after + offset, 0, len(time) - 1)] = True
+        return np.flatnonzero(keep)
+
+    def flanks(self, drive: np.ndarray, loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the displacement at which the loose gear lies on its active and on its reverse flank [m]."""
+        material = [np.zeros(len(drive)), np.zeros(len(drive))]
+        angles = (drive, loose)
+        teeth = [row.p for row in self.rows if row.code == Code.FLANK_TOOTH]
+        for row in self.rows:
+            if row.code == Code.FLANK_HARMONIC:
+                gear, flank, order, amplitude, phase = row.p[:5]
+                material[int(flank)] += amplitude * np.cos(order * angles[int(gear)] + phase)
+        for flank in (0, 1):
+            material[flank] += self._of_teeth(drive, flank, [p for p in teeth if int(p[1]) == flank])
+        return material[0], self.section.pair.backlash - material[1]
+
+    def _of_teeth(self, drive: np.ndarray, flank: int, rows: list[tuple[float, ...]]) -> np.ndarray:
+        """Largest deviation among the tooth pairs on the path of contact."""
+        if not rows:
+            return np.zeros(len(drive))
+        pair = self.section.pair
+        row, tooth, _ = self.section.touching(drive, np.full(len(drive), flank))
+        excess = np.zeros(len(tooth))
+        for gear, _flank, number, offset in (p[:4] for p in rows):
+            teeth = (pair.drive, pair.loose)[int(gear)].teeth
+            excess += np.where(np.mod(tooth, teeth) == int(number) - 1, offset, 0.0)
+        most = np.full(len(drive), -np.inf)
+        np.maximum.at(most, row, excess)
+        return np.where(np.isfinite(most), most, 0.0)
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The pair at the instants of the pictures.
+
+    Args:
+        time: [s], (n,).
+        drive: angle of the drive gear [rad], (n,).
+        loose: angle of the loose gear [rad], (n,).
+        share: displacement from the active flank as a share of the backlash, 0 active to 1 reverse, (n,).
+        flank: 0 active or 1 reverse flank touches, -1 flight, (n,).
+    """
+
+    time: np.ndarray
+    drive: np.ndarray
+    loose: np.ndarray
+    share: np.ndarray
+    flank: np.ndarray
+
+
+def frames(motion: Motion, time: np.ndarray | None = None) -> Frames:
+    """Return the pair at every instant that is shown."""
+    time = motion.frame_times() if time is None else time
+    drive, loose = (motion.at(time, f"theta_{gear}_rad") for gear in ("drive", "loose"))
+    displacement = motion.at(time, "displacement_m")
+    active, reverse = motion.flanks(drive, loose)
+    flank = states(displacement, active, reverse, motion.tolerance)
+    if "state" in motion.recording.signals:
+        flank = _recorded(motion.recording, time)
+    impacts = motion.recording.impacts
+    here = np.searchsorted(time, impacts["time_s"])
+    inside = (here < len(time)) & (time[np.minimum(here, len(time) - 1)] == impacts["time_s"])
+    flank[here[inside]] = impacts["flank"][inside]
+    share = np.clip((displacement - active) / np.maximum(reverse - active, 1e-12), 0.0, 1.0)
+    share = np.where(flank == 0, 0.0, np.where(flank == 1, 1.0, share))
+    return Frames(time, drive, loose, share, flank)
+
+
+def _recorded(recording: Recording, time: np.ndarray) -> np.ndarray:
+    """Return the state that a measurement wrote down at the nearest sample: 0 active, 1 reverse, -1 flight, (n,)."""
+    own = recording.time
+    after = np.clip(np.searchsorted(own, time), 1, len(own) - 1)
+    nearest = after - (time - own[after - 1] < own[after] - time)
+    state = recording.signals["state"][nearest]
+    return np.where(state == 0, 0, np.where(state == 1, 1, -1))
+
+
+def is_measured(recording: Recording) -> bool:
+    """Return whether a recording was measured: effects of a rig's scenario have no known phase in it."""
+    return recording.meta.get("model") == "measured"
+
+
+def as_measured(pair: Pair, recording: Recording) -> Pair:
+    """Return a pair with the backlash that a measurement found, by thinner or thicker teeth; others as they are."""
+    found = recording.meta.get("backlash_m")
+    if not is_measured(recording) or not found or found <= 0.0:
+        return pair
+    return replace(pair, thinning=pair.thinning + 0.5 * (found - pair.backlash))
+
+
+def states(displacement: np.ndarray, active: np.ndarray, reverse: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return which flank touches: 0 active, 1 reverse, -1 none, (n,).
+
+    >>> import numpy as np
+    >>> states(np.array([0.0, 5e-5, 1e-4]), np.zeros(3), np.full(3, 1e-4), 1e-6).tolist()
+    [0, -1, 1]
+    """
+    return np.where(displacement - active <= tolerance, 0, np.where(reverse - displacement <= tolerance, 1, -1))
+
 
 ZOOMS = {"mesh": 3.0, "tooth": 1.5, "gears": 0.0}
 """Height of the picture in pitches; 0 for both gears whole."""
