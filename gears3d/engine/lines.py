@@ -9,6 +9,7 @@ over the face: an end of it, where teeth lean on each other, or a place on a cro
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import ceil, cos, inf, sqrt
 from typing import TYPE_CHECKING
 
@@ -72,6 +73,7 @@ def along_of(pair: Pair) -> Along:
     return Along(surfaces, axial, leads, looks, margin, cos(pair.drive.base_helix_angle))
 
 
+@lru_cache(maxsize=8)  # of one run, which asks three times
 def slices_of(pair: Pair) -> int | None:
     """Return the number of slices along the face into which Bullet's teeth are divided, ``None`` for straight teeth."""
     if pair.drive.helix_angle == 0.0:

@@ -325,9 +325,10 @@ def _bodies(hulls: Callable[..., list[np.ndarray]], pair: Pair, inertia: float) 
         turn = pair.rotation(which, 0.0)
         flip = np.array([math.copysign(1.0, math.cos(turn))] * 2 + [1.0])
         off, tilt = np.append(offset_of(pair, which), 0.0), np.append(tilt_of(pair, which), 0.0)
-        teeth = [piece + off + piece[:, 2:] * tilt for piece in hulls(pair, which, slices=slices_of(pair))]
+        teeth = np.stack(hulls(pair, which, slices=slices_of(pair)))
+        teeth += off + teeth[..., 2:] * tilt
         lean = (0.0, 0.0) if which == "drive" else (float(lean_of(pair)[0]), float(lean_of(pair)[1]))
-        made.append(Body([piece * flip for piece in teeth], pair.centre(which), moment, sense, lean))
+        made.append(Body(teeth * flip, pair.centre(which), moment, sense, lean))
     return made[0], made[1]
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,10 +26,13 @@ MM = 1e3  # mm per m
 TORQUE = 1e6  # kg mm²/s² per N·m, and kg mm² per kg m²
 MARGIN = 1e-3  # Bullet's collision margin of a convex hull, in its own length unit: mm here
 LINK = 0
+GRID = 2.0**-24  # of coordinates in files, in Bullet's length unit: far below the resolution of its numbers of 4 bytes
+VERTEX, FACE = "v %d %d %d\n", "f -3 -2 -1\n"
+CORNERS = 3 * VERTEX + FACE
 
 
 def against_truncation(points: np.ndarray) -> np.ndarray:
-    """Return the vertices (n, 3) of one convex piece moved outwards by half a step of Bullet's grid.
+    """Return the vertices (..., n, 3) of convex pieces moved outwards by half a step of Bullet's grid.
 
     Truncation then rounds them.
 
@@ -37,23 +40,20 @@ def against_truncation(points: np.ndarray) -> np.ndarray:
     >>> against_truncation(np.array([[0.0, 0.0, 0.0], [1.0216, 1.0216, 1.0216]]))[:, 0].round(9).tolist()
     [-5e-05, 1.02165]
     """
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = points.min(axis=-2, keepdims=True), points.max(axis=-2, keepdims=True)
     return points + 0.5 * (high - low) / QUANTA * np.sign(points - 0.5 * (low + high))
 
 
-def write_compound(path: Path, pieces: Sequence[np.ndarray]) -> None:
-    """Write an OBJ with one object for each convex piece (n, 3), which Bullet loads as a compound of convex hulls."""
-    text: list[str] = []
-    first = 1
-    for number, piece in enumerate(pieces):
-        points = against_truncation(piece)
-        text.append(f"o piece{number}\n")
-        text.append("v %.9f %.9f %.9f\n" * len(points) % tuple(points.ravel().tolist()))
-        # only points of a face are loaded, once for each face; the hull is computed from them
-        last = first + len(points) - 1
-        corners = np.minimum(np.arange(first, last + 1, 3)[:, None], last - 2) + np.arange(3)
-        text.append("f %d %d %d\n" * len(corners) % tuple(corners.ravel().tolist()))
-        first += len(points)
+def write_compound(path: Path, pieces: np.ndarray) -> None:
+    """Write an OBJ with one object for each convex piece, (pieces, n, 3), which Bullet loads as a compound of hulls.
+
+    Coordinates are whole numbers of ``GRID``, which are written and read faster than decimal fractions.
+    """
+    # only points of a face are loaded, once for each face; the hull is computed from them
+    faces, rest = divmod(pieces.shape[1], 3)
+    form = CORNERS * faces + (VERTEX * rest + FACE if rest else "")
+    numbers = np.rint(against_truncation(pieces) / GRID).astype(np.int64).reshape(len(pieces), -1)
+    text = [f"o piece{i}\n" + form % tuple(piece) for i, piece in enumerate(numbers.tolist())]
     path.write_text("".join(text), encoding="ascii")
 
 
@@ -62,14 +62,14 @@ class Body:
     """One gear for Bullet.
 
     Args:
-        pieces: convex pieces in the gear's own frame, each (n, 3) [m].
+        pieces: convex pieces in the gear's own frame, (pieces, n, 3) [m].
         centre: of its axis in the world [m].
         inertia: about its axis [kg m²].
         sense: +1 when its positive rotation is counterclockwise seen from +z, else -1.
         lean: of its axis, x and y for a unit of height.
     """
 
-    pieces: Sequence[np.ndarray]
+    pieces: np.ndarray
     centre: tuple[float, float, float]
     inertia: float
     sense: int
@@ -79,7 +79,7 @@ class Body:
     def orientation(self) -> tuple[float, float, float, float]:
         """Quaternion x, y, z, w that turns +z onto its axis.
 
-        >>> Body([], (0.0, 0.0, 0.0), 1.0, 1, (0.0, 1.0)).orientation[0] == -math.sin(math.pi / 8)
+        >>> Body(np.zeros((0, 4, 3)), (0.0, 0.0, 0.0), 1.0, 1, (0.0, 1.0)).orientation[0] == -math.sin(math.pi / 8)
         True
         """
         steep = math.hypot(*self.lean)
@@ -192,15 +192,19 @@ class World:
 
     def _add(self, body: Body, path: Path) -> int:
         """Load one gear as a compound of hulls on a revolute link; return its id."""
-        write_compound(path, [piece * MM for piece in body.pieces])
-        shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(path), physicsClientId=self._client)
+        write_compound(path, body.pieces * MM)
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_MESH, fileName=str(path), meshScale=[GRID] * 3, physicsClientId=self._client
+        )
+        # without a shape to draw, Bullet's renderer would load the hulls again
+        drawn = pybullet.createVisualShape(pybullet.GEOM_BOX, halfExtents=[1.0] * 3, physicsClientId=self._client)
         ident = pybullet.createMultiBody(
             baseMass=0.0,
             basePosition=[MM * x for x in body.centre],
             baseOrientation=body.orientation,
             linkMasses=[1.0],
             linkCollisionShapeIndices=[shape],
-            linkVisualShapeIndices=[-1],
+            linkVisualShapeIndices=[drawn],
             linkPositions=[[0.0, 0.0, 0.0]],
             linkOrientations=[[0.0, 0.0, 0.0, 1.0]],
             linkInertialFramePositions=[[0.0, 0.0, 0.0]],

@@ -160,7 +160,7 @@ def _card(model: _Model, scenario: Scenario) -> dict[str, Any]:
     }
 
 
-def _hulls(pieces: Sequence[Array]) -> bytes:
+def _hulls(pieces: Array) -> bytes:
     """Return an OBJ with one object a piece, facets outwards [mm]."""
     from scipy.spatial import ConvexHull
 

@@ -7,7 +7,7 @@ import pytest
 from gears3d.engine import run, world
 from gears3d.engine.budget import MARGINS
 from gears3d.engine.mesh import meshed, side_gap, teeth_of_points
-from gears3d.engine.world import QUANTA, against_truncation, write_compound
+from gears3d.engine.world import GRID, QUANTA, against_truncation, write_compound
 from gears3d.errors import EngineError
 from gears3d.gears import Gear, Pair, edged_gap, nearest_gap
 from gears3d.scenario import load
@@ -116,14 +116,19 @@ def test_runs_of_the_same_gears_share_a_world_and_nothing_else(monkeypatch):
 
 def test_compound_file_names_every_vertex(tmp_path):
     piece = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 4.0]])
-    write_compound(tmp_path / "two.obj", [piece, piece + 5.0])
+    write_compound(tmp_path / "two.obj", np.stack([piece, piece + 5.0]))
     lines = (tmp_path / "two.obj").read_text().splitlines()
     assert [line for line in lines if line.startswith("o ")] == ["o piece0", "o piece1"]
-    named = {int(word) for line in lines if line.startswith("f ") for word in line.split()[1:]}
-    assert named == set(range(1, 9))
-    written = np.array([[float(x) for x in line.split()[1:]] for line in lines if line.startswith("v ")])
-    assert written[:4] == pytest.approx(against_truncation(piece), abs=1e-9)
-    assert np.ptp(written[:4], axis=0) == pytest.approx(np.ptp(piece, axis=0) * (1 + 1 / QUANTA), rel=1e-9)
+    written, named = [], set()
+    for word, *numbers in (line.split() for line in lines):
+        if word == "v":
+            written.append([GRID * int(x) for x in numbers])
+        elif word == "f":  # vertices counted back from the last one
+            named |= {len(written) + int(x) for x in numbers}
+    assert named == set(range(8))
+    written = np.array(written)
+    assert written[:4] == pytest.approx(against_truncation(piece), abs=0.5 * GRID)
+    assert np.ptp(written[:4], axis=0) == pytest.approx(np.ptp(piece, axis=0) * (1 + 1 / QUANTA), abs=GRID)
 
 
 @pytest.mark.parametrize(("drive", "loose"), [((2e-3, 19), (2e-3, 37)), ((3.5e-3, 90), (3.5e-3, 90))])
