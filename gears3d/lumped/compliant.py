@@ -75,7 +75,7 @@ def motions_of(m):
 @inner
 def size_of(m):
     """Return how many numbers the integrator's state has."""
-    return motions_of(m) + (1 + at.N_WORKS if m[at.SETTLE] >= 0.0 else 1)
+    return motions_of(m) + (1 + at.N_WORKS if m[at.SUMMED] > 0.0 else 1)
 
 
 _attempt, _open_up = integrator(rates)

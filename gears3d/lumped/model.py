@@ -71,7 +71,8 @@ class Model(NamedTuple):
         flank_tables: place of the material on the active flanks [m] over the drive's angle, -1: none; that of the
             reverse flanks is the next.
         tolerance: of steps of the integrator, relative to gaps and their rates.
-        settle: time from which on the rate of the mesh force counts [s]; works are then summed, too. -1: neither.
+        settle: time from which on the rate of the mesh force counts [s], -1: never.
+        works: whether works of all forces are summed.
         teeth: compliant ones that vary along their mesh, in place of ``stiffness`` and ``damping``.
     """
 
@@ -101,6 +102,7 @@ class Model(NamedTuple):
     flank_tables: int = -1
     tolerance: float = TOLERANCE
     settle: float = -1.0
+    works: bool = False
     teeth: Teeth | None = None
 
     def has_closed_form(self) -> bool:
@@ -133,7 +135,7 @@ class Model(NamedTuple):
         scalars = [
             self.radius_drive, self.radius_loose, self.inertia, self.backlash, self.mean, self.stick_velocity,
             self.stiffness, self.damping, self.rest, self.unfelt, self.seed,
-            self.friction, *self.film, *self.carried, self.tolerance, self.settle, *teeth,
+            self.friction, *self.film, *self.carried, self.tolerance, self.settle, self.works, *teeth,
         ]  # fmt: skip
         on_loose = bool(self.flanks[:, 0].any())
         deviates = sizes[2] > 0 or self.flank_tables >= 0

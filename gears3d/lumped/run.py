@@ -117,7 +117,7 @@ class Outcome:
         lyapunov: largest exponent [1/s], minus infinity where contact erases the memory, NaN if not requested.
         reached: end of the run [s].
         interrupted: whether it was interrupted from the keyboard.
-        works: done since the start where the model settles [J]: of the flanks on the loose gear, of drag, of friction;
+        works: done since the start if the model sums them [J]: of the flanks on the loose gear, of drag, of friction;
             of springs, dampers, squeeze and wedge on the gaps; of the drive's flanks on the mesh; (8,).
         jerk: mean square of the rate of the mesh force after settling [N²/s²], NaN where the model does not settle.
         forces: of active and reverse flank at the samples, zeros on rigid flanks without oil [N]; (n, 2).

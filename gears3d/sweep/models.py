@@ -63,6 +63,7 @@ WHY = {
     BROKEN: "the motion is no longer finite",
     STANDSTILL: "time stands still; give a larger impact.stick_velocity",
 }
+WATCHED = 10.0  # periods between two looks at the clock: a stop costs a call and a shorter step
 FINEST = 100  # Sections are taken at a multiple of this part of a period
 
 
@@ -203,7 +204,7 @@ def _run_lubricated(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str])
         spacing = period if plan.strobe == 0.0 else period / FINEST
         m = m._replace(settle=plan.settle * period if jerk else -1.0)
         put = None if begun is None else partial(np.copyto, src=begun)
-        outcome = flown(run(m, end, spacing, scenario.start.state, watch.check, chunk=period, put=put), m)
+        outcome = flown(run(m, end, spacing, scenario.start.state, watch.check, chunk=WATCHED * period, put=put), m)
         if outcome.interrupted:
             raise KeyboardInterrupt
         last.append(outcome.state)
@@ -226,7 +227,6 @@ def _going_on(state: np.ndarray, radius_loose: float) -> np.ndarray:
         begun[since] -= state[at.TIME]
     begun[at.ANGLE] = begun[at.DISPLACEMENT] / radius_loose
     begun[at.TIME] = begun[at.MARK] = begun[at.JERK] = begun[at.RISING] = 0.0
-    begun[at.WORKS : at.WORKS + at.N_WORKS] = 0.0
     return begun
 
 

@@ -247,7 +247,7 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     """
     m = pack(scenario)
     rig, duration = scenario.rig(), scenario.run.duration
-    m = m._replace(settle=min(scenario.run.settle, duration))
+    m = m._replace(settle=min(scenario.run.settle, duration), works=True)
     outcome = run(m, duration, 1.0 / scenario.run.output_rate, scenario.start.state, progress, lyapunov=True)
     made, tilt = recorded(flown(outcome, m), m, scenario, "lubricated"), cos(rig.base_helix_angle)
     signals = {**made.signals, "mesh_force_N": (outcome.forces[:, 0] - outcome.forces[:, 1]) / tilt}

@@ -26,7 +26,8 @@ def teeth(stiffness, damping):
 
 
 def run(m, duration, start="active", spacing=inf, tolerance=1e-7, settle=0.0, lyapunov=False):
-    return advance(m._replace(tolerance=tolerance, settle=settle), duration, spacing, start, lyapunov=lyapunov)
+    m = m._replace(tolerance=tolerance, settle=settle, works=True)
+    return advance(m, duration, spacing, start, lyapunov=lyapunov)
 
 
 def scenario(*effects, **changes):
