@@ -33,7 +33,7 @@ def export(
     """Write the gears of a scenario as solids, or the pair for a multibody engine, with metadata sidecars.
 
     Flank effects of the scenario are in the files. The axis is z; the active flank of tooth 1 crosses +x at the working
-    pitch radius. STEP has B-spline surfaces; it needs pip install "gears3d[cad]". URDF (PyBullet) and MJCF (MuJoCo)
+    pitch radius. STEP has B-spline surfaces; it needs the extra cad. URDF (PyBullet) and MJCF (MuJoCo)
     have both gears with inertias, joints, drag, restitution and convex hulls of the teeth; the MJCF also moves its
     drive.
 
