@@ -315,10 +315,10 @@ def _lowering() -> str:
 
 @cache
 def sources() -> str:
-    """Return twelve digits that change with every module of gears3d that holds or feeds kernels, and with numba."""
+    """Return twelve digits that change with every module of gears3d from which models are made, and with numba."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for package in ("challenge", "effects", "engine", "gears", "identification", "lumped", "measurement", "stiffness"):
-        for path in sorted((HOME / package).rglob("*.py")):
+    for part in ("effects", "engine", "gears", "integrator.py", "laws", "lumped", "records.py", "stiffness"):
+        for path in sorted((HOME / part).rglob("*.py")) or [HOME / part]:
             digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

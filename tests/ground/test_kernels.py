@@ -195,3 +195,14 @@ def test_a_watcher_sees_the_names_of_the_kernels_being_compiled():
     with kernels.watched(seen.append):
         assert fresh(1) == 2
     assert seen == ["fresh.fresh"]
+
+
+@pytest.mark.parametrize("module", ["integrator", "records", "laws/film", "lumped/steps", "engine/loop"])
+def test_sources_change_with_every_module_of_which_models_are_made(tmp_path, monkeypatch, module):
+    """Sweeps do not go on with the results of another model."""
+    shutil.copytree(PACKAGE, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(kernels, "HOME", tmp_path / "copy")
+    before = kernels.sources.__wrapped__()
+    path = tmp_path / f"copy/{module}.py"
+    path.write_text(path.read_text() + "\n")
+    assert kernels.sources.__wrapped__() != before
