@@ -13,20 +13,26 @@ class PluginWarning(UserWarning):
     """A plug-in of another package cannot be used."""
 
 
-def plug_in(group: str, accept: Callable[[Callable[[], Any], str], None]) -> None:
+def plug_in(group: str, accept: Callable[[Callable[[], Any], str], None]) -> dict[str, str]:
     """Pass every entry point of a group to a function; what fails is excluded with one warning.
 
     Args:
         group: ``"gears3d.effects"`` or ``"gears3d.readers"``.
         accept: takes a function that loads the entry point, and the name of its package; raises what it finds wrong.
+
+    Returns:
+        Why entry points are excluded, a sentence each, by their names.
     """
+    excluded = {}
     for point in sorted(entry_points(group=group), key=lambda one: (package_of(one), one.name)):
         package = package_of(point)
         try:
             accept(point.load, package)
         except (Exception, SystemExit) as error:  # code of third parties may raise any exception
             why = " ".join(str(error).split()) or "no reason given"
+            excluded[point.name] = f"the package {package} is excluded: {type(error).__name__}: {why}"
             warn(group, point.name, package, f"{type(error).__name__}: {why}")
+    return excluded
 
 
 def warn(group: str, name: str, package: str, why: str) -> None:

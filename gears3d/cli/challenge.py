@@ -17,7 +17,10 @@ def challenge(
     ] = None,
     effect: Annotated[
         list[str] | None,
-        typer.Option(metavar="KIND", help="Effect to hide (gears3d list effects); repeatable. Default: by the seed."),
+        typer.Option(
+            metavar="KIND",
+            help="Effect to hide (gears3d list effects), not of another package; repeatable. Default: by the seed.",
+        ),
     ] = None,
     none: Annotated[bool, typer.Option("--none", help="Hide no effect.")] = False,
     unknown: Annotated[bool, typer.Option("--unknown", help="Hide a cause outside the catalogue.")] = False,
@@ -42,12 +45,17 @@ def challenge(
     import os
 
     from gears3d.cli.progress import bars
+    from gears3d.effects import catalogue
     from gears3d.errors import UsageError
     from gears3d.units import parse
-    from gears3d.verification.challenge import hide, plan
+    from gears3d.verification.challenge import ASKED, KINDS, hide, plan
 
     if sum(map(bool, (effect, none, unknown))) > 1:
         raise UsageError("give one of --effect, --none and --unknown")
+    for kind in effect or ():
+        if kind in catalogue() and kind not in (*KINDS, *ASKED):
+            why = "is an effect of another package: the generator of a challenge has no equation for it"
+            raise UsageError(f"--effect: {kind!r} {why}")
     for name, share in (("--size", size), ("--noise", noise)):
         if share is not None and not 0.0 <= share <= 10.0:
             raise UsageError(f"{name} is {share}: a share, e.g. 0.2")

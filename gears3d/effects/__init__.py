@@ -6,6 +6,7 @@ from gears3d.effects.base import Place as Place
 from gears3d.effects.base import Rig as Rig
 from gears3d.effects.base import SensorEffect as SensorEffect
 from gears3d.effects.base import catalogue as catalogue
+from gears3d.effects.base import excluded as excluded
 from gears3d.effects.base import register as register
 from gears3d.effects.rows import WIDTH as WIDTH
 from gears3d.effects.rows import Code as Code

@@ -11,11 +11,12 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass
 from math import radians
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol, TypeVar, get_args, runtime_checkable
 
+from gears3d.effects.foreign import check, guard
 from gears3d.effects.rows import Row
 from gears3d.plugins import plug_in
 
@@ -121,6 +122,7 @@ class SensorEffect(Effect, Protocol):
 
 E_ = TypeVar("E_", bound=type)
 _REGISTRY: dict[str, type] = {}
+_EXCLUDED: dict[str, str] = {}
 _LOADED: set[str] = set()  # those of ``"built-in"`` and ``"plug-ins"`` that are registered
 _HERE = "gears3d.effects"
 
@@ -130,12 +132,16 @@ def register(effect: E_) -> E_:
 
     Raises:
         ValueError: the kind is taken by a class of another module.
+        TypeError: a class of another package is not an effect; says what it lacks.
     """
     if not effect.__module__.startswith(f"{_HERE}."):
         _load_built_in()  # kinds of gears3d are registered first, so that no other package takes them
     known = _REGISTRY.get(effect.kind)  # type: ignore[attr-defined]
     if known is not None and known.__module__ != effect.__module__:
         raise ValueError(f"effect kind {known.kind!r} is taken by {known.__module__}")
+    if not effect.__module__.startswith(f"{_HERE}."):
+        check(effect, get_args(Place), Param)
+        guard(effect)
     _REGISTRY[effect.kind] = effect  # type: ignore[attr-defined]
     return effect
 
@@ -149,8 +155,14 @@ def catalogue() -> dict[str, type]:
     _load_built_in()
     if "plug-ins" not in _LOADED:
         _LOADED.add("plug-ins")
-        plug_in(_HERE, _load_plug_in)
+        _EXCLUDED.update(plug_in(_HERE, _load_plug_in))
     return dict(sorted(_REGISTRY.items()))
+
+
+def excluded() -> dict[str, str]:
+    """Return why plug-ins of effects are excluded, by the names of their entry points."""
+    catalogue()
+    return dict(_EXCLUDED)
 
 
 def _load_built_in() -> None:
@@ -166,30 +178,14 @@ def _load_plug_in(load: Callable[[], Any], package: str) -> None:
     try:
         found = load()
         if isinstance(found, type):
-            _check(found)
+            check(found, get_args(Place), Param)  # before its kind is read
             register(found)
             return
         if not isinstance(found, ModuleType):
             raise TypeError(f"{found!r:.80} is not a class of an effect or a module that registers some")
-        own = [one for one in _REGISTRY.values() if f"{one.__module__}.".startswith(f"{found.__name__}.")]
-        if not own:
+        if not any(f"{one.__module__}.".startswith(f"{found.__name__}.") for one in _REGISTRY.values()):
             raise TypeError(f"the module {found.__name__} registers no effect")
-        for effect in own:
-            _check(effect)
     except BaseException:
         _REGISTRY.clear()
         _REGISTRY.update(before)
         raise
-
-
-def _check(effect: type) -> None:
-    """Raise a TypeError that states what is missing for a class to be an effect."""
-    name = f"{effect.__module__}.{effect.__qualname__}"
-    lacking = [part for part in ("kind", "place", "params", "rows", "unit_size") if not hasattr(effect, part)]
-    if lacking or not is_dataclass(effect):
-        raise TypeError(f"{name} is not an effect: it has no {', '.join(lacking) or 'dataclass decorator'}")
-    kind, place, params = effect.kind, effect.place, effect.params  # type: ignore[attr-defined]
-    if not isinstance(kind, str) or place not in get_args(Place):
-        raise TypeError(f"{name} is not an effect: kind {kind!r}, place {place!r}")
-    if not isinstance(params, dict) or not all(isinstance(one, Param) for one in params.values()):
-        raise TypeError(f"{name} is not an effect: params are not Param by name")

@@ -120,7 +120,17 @@ def torque_friction(coefficient: float) -> Row:
 
 
 def torque_table(variable: Variable, table: tuple[tuple[float, float], ...], gate: Gate = Gate.ALWAYS) -> Row:
-    """Torque of free form over one variable: points (rad/s, rad or s; N·m), constant beyond the ends."""
+    """Torque of free form over one variable, constant beyond the ends of its table.
+
+    A positive torque resists forward rotation at any speed: it is subtracted from the loose gear's acceleration. A drag
+    therefore has the sign of the speed, also for negative speeds. A table is continuous and holds nothing at rest; what
+    jumps where the speed changes sign is a row :func:`torque_constant` in addition.
+
+    Args:
+        variable: that the torque depends on: the loose gear's speed, its angle, or time.
+        table: points (rad/s, rad or s; N·m), rising; :func:`gears3d.effects.tabulate.tabulate` makes them of a law.
+        gate: when it acts.
+    """
     return Row(Code.TORQUE_TABLE, gate, (float(variable),), table)
 
 

@@ -28,7 +28,8 @@ def tabulate(
         like accuracy^(-1/2).
 
     Raises:
-        InputError: a law that is not finite or jumps, or invalid bounds or accuracy.
+        InputError: a law that is not finite or jumps, or invalid bounds or accuracy. A torque that jumps where the
+            speed changes sign is a row :func:`gears3d.effects.rows.torque_constant` in addition to the table.
 
     >>> len(tabulate(lambda w: 1e-3 * w**2, 0.0, 10.0, 1e-4))
     17
@@ -49,8 +50,15 @@ def tabulate(
         y = np.concatenate([y, found[split, 1]])
         order = np.argsort(x)
         x, y = x[order], y[order]
+    place = float(x[:-1][np.diff(x).argmin()])
+    jump = abs(float(np.diff(y)[np.diff(x).argmin()]))
     raise InputError(
-        Fault("", f"the law jumps, or needs more than {MOST} points to be good to {accuracy:g}", "ask for less")
+        Fault(
+            "",
+            f"the law jumps near {place:.4g} by {jump:.4g}, or needs more than {MOST} points for {accuracy:g}",
+            "leave the jump out of the law: a torque that changes sign with the speed is a row torque_constant in "
+            "addition to the table; or give a larger accuracy",
+        )
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic.dataclasses import dataclass as model
 
-from gears3d.effects import Param, catalogue
+from gears3d.effects import Param, catalogue, excluded
 from gears3d.errors import InputError, did_you_mean
 from gears3d.gears import Eccentricity, Misalignment, Relief, Wobble
 from gears3d.gears.deviation import FLANKS, Deviation, Mounting, ProfileSlope, ProfileWave
@@ -370,7 +370,7 @@ def _effect(reader: Reader, written: Any, place: str) -> Any:
         reader.fault(f"{place}.kind", "is missing", "known: " + ", ".join(kinds))
         return None
     if not isinstance(kind, str) or kind not in kinds:
-        reader.fault(f"{place}.kind", f"{kind!r} is not a known effect", reader.meant(str(kind), list(kinds)))
+        _unknown_kind(reader, place, str(kind), list(kinds))
         return None
     params: Mapping[str, Param] = kinds[kind].params
     before = len(reader.faults)
@@ -389,3 +389,13 @@ def _effect(reader: Reader, written: Any, place: str) -> Any:
     except ValueError as why:
         reader.fault(place, str(why))
     return None
+
+
+def _unknown_kind(reader: Reader, place: str, kind: str, known: list[str]) -> None:
+    """Note a fault for a kind that is not known; a plug-in that is excluded may be the reason."""
+    lost = excluded()
+    if kind in lost:
+        reader.fault(f"{place}.kind", f"{kind!r} is not available: {lost[kind]}", "correct or update the package")
+        return
+    others = "".join(f"; {why}" for why in lost.values())
+    reader.fault(f"{place}.kind", f"{kind!r} is not a known effect", f"{reader.meant(kind, known)}{others}")

@@ -258,11 +258,12 @@ def assess(scenario: Scenario) -> Assessment:
     speed = rig.mean_speed * ratio
     acting = (Gate.ALWAYS, Gate.CONTACT, Gate.ACTIVE)
     drag = [{"source": "drag.torque", "torque_N_m": rig.drag_torque, "acts": "always"}]
-    drag += [
-        {"source": source, "torque_N_m": mean_resisting(row, speed), "acts": Gate(row.gate).name.lower()}
-        for source, row in rows
-        if 100 <= row.code < 200
-    ]
+    mean: dict[tuple[str, str], float] = {}  # by effect and gate
+    for source, row in rows:
+        if 100 <= row.code < 200:
+            key = source, Gate(row.gate).name.lower()
+            mean[key] = mean.get(key, 0.0) + mean_resisting(row, speed)
+    drag += [{"source": source, "torque_N_m": torque, "acts": acts} for (source, acts), torque in mean.items()]
     total = rig.drag_torque + sum(mean_resisting(row, speed) for _, row in rows if row.gate in acting)
     mass, force = equivalent_mass(rig.inertia, rig.base_radius_loose), float(drag_force(total, rig.base_radius_loose))
     backlash, narrowest, waves = _flanks(rig, [row for _, row in rows])

@@ -40,3 +40,11 @@ def test_the_number_of_points_is_about_the_least():
 def test_laws_without_a_table_are_refused(law, low, high, accuracy, said):
     with pytest.raises(InputError, match=said):
         tabulate(law, low, high, accuracy)
+
+
+def test_a_jump_is_named_with_its_place_its_size_and_the_row_that_holds_it():
+    with pytest.raises(InputError) as caught:
+        tabulate(lambda w: 0.2 * np.sign(w - 0.3), -1.0, 1.1, 1e-3)
+    (fault,) = caught.value.faults
+    assert "the law jumps near 0.3 by 0.4" in fault.message
+    assert "torque_constant" in fault.remedy

@@ -6,18 +6,21 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from gears3d.effects import base, catalogue
+from gears3d.effects import Param, base, catalogue, register, torque_constant
+from gears3d.errors import Fault, InputError
 from gears3d.extras import missing, pip_line
 from gears3d.measured.readers import formats
 from gears3d.plugins import PluginWarning
 from gears3d.recording import read
 from gears3d.scenario import load
 from gears3d.simulation import record
+from gears3d.simulation.excitation import assess
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -223,3 +226,106 @@ def test_what_is_no_effect_is_named_with_what_it_lacks():
     with pytest.raises(TypeError, match="it has no params, rows, unit_size"):
         base._load_plug_in(lambda: Half, "half-done")
     assert "half" not in catalogue()
+
+
+def made(monkeypatch, **changed):
+    """An effect of the package ``seal_lab``, registered for one test; ``changed`` are attributes of its class."""
+    monkeypatch.setattr(base, "_REGISTRY", dict(catalogue()))
+    body = {
+        "__annotations__": {"falls_at": float},
+        "__module__": "seal_lab.seal",
+        "kind": "seal",
+        "place": "torque",
+        "params": {"falls_at": Param("speed", 0.0, 1e4)},
+        "rows": lambda self, rig: [],
+        "unit_size": lambda self, rig: 1.0,
+    }
+    return register(dataclass(frozen=True)(type("Seal", (), body | changed)))
+
+
+MISTAKES = {
+    "typing error": (lambda self, rig: [torque_constant(self.fals_at)], "'fals_at'; did you mean 'falls_at'?"),
+    "any exception": (lambda self, rig: [torque_constant(1 / 0)], "ZeroDivisionError: division by zero"),
+    "no list": (lambda self, rig: torque_constant(0.1), "not a list of rows"),
+    "no rows": (lambda self, rig: [0.1], "not a list of rows"),
+    "no number": (lambda self, rig: [torque_constant(float("nan"))], "not finite"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_in_rows_is_a_fault_that_names_package_class_and_effect(mistake, monkeypatch):
+    rows, why = MISTAKES[mistake]
+    made(monkeypatch, rows=rows)
+    with pytest.raises(InputError) as caught:
+        load(RIG, {"effect": [{"kind": "seal", "falls_at": "30 rpm"}]})
+    (fault,) = caught.value.faults
+    assert fault.key == "effect[0]"
+    assert "effect 'seal' of the package seal_lab: rows() of Seal fails: " in fault.message
+    assert why in fault.message
+    assert fault.remedy == "correct seal_lab.seal, or remove the effect"
+
+
+def test_a_mistake_where_an_effect_is_made_is_a_fault_and_its_own_message_stays(monkeypatch):
+    made(monkeypatch, __post_init__=lambda self: [][0])
+    with pytest.raises(InputError, match="the class of Seal fails: IndexError"):
+        load(RIG, {"effect": [{"kind": "seal", "falls_at": "30 rpm"}]})
+
+    def refuse(self, rig):
+        raise InputError(Fault("falls_at", "is too low", "give more"))
+
+    made(monkeypatch, rows=refuse)
+    with pytest.raises(InputError) as caught:
+        load(RIG, {"effect": [{"kind": "seal", "falls_at": "30 rpm"}]})
+    assert [str(fault) for fault in caught.value.faults] == ["--set: effect[0].falls_at: is too low (give more)"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "why"),
+    [
+        ({"params": {"falls_at": Param("rotational_speed")}}, "parameter 'falls_at' has the unknown unit family"),
+        ({"params": {"fals_at": Param("speed")}}, "parameter 'fals_at' of params is not a field of the class; did you"),
+        ({"params": {}}, "field 'falls_at' has no default and is not in params"),
+        ({"params": {"falls_at": Param("choice")}}, "is a choice without choices"),
+        ({"place": "sensor"}, "it has no observe"),
+    ],
+)
+def test_a_class_that_contradicts_itself_is_not_registered(changed, why, monkeypatch):
+    with pytest.raises(TypeError, match=r"seal_lab\.seal\.Seal") as caught:
+        made(monkeypatch, **changed)
+    assert why in str(caught.value)
+    assert "seal" not in catalogue()
+
+
+def test_a_scenario_with_an_effect_of_an_excluded_package_says_so(tmp_path):
+    one = CLASH[: CLASH.rindex("@register")].replace("import register", "import Param, register")
+    code = one.replace("params = {}", 'params = {"a": Param("rotational_speed")}').replace("brand_new", "mine")
+    fake(tmp_path / "site", "seal-lab", "gears3d.effects", "sealing:X", code)
+    done = gears3d(tmp_path / "site", "check", RIG, "--set", 'effect=[{kind="mine"}]')
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+    text = " ".join(done.stderr.split())
+    assert "'mine' is not available: the package seal-lab is excluded: TypeError: sealing.X: parameter 'a' has" in text
+    assert "the unknown unit family 'rotational_speed': did you mean 'rotational_" in text
+    assert "known families: gears3d list units" in text
+
+
+def test_a_challenge_refuses_effects_of_other_packages_and_says_why(installed, tmp_path):
+    done = gears3d(installed, "challenge", "--effect", "stribeck_seal", "--out", "blind", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "'stribeck_seal' is an effect of another package: the generator of a challenge has no" in done.stderr
+    rig = f'format = 1\nextends = "{RIG}"\n[[effect]]\n' + SEAL.strip("{}").replace(", ", "\n") + "\n"
+    (tmp_path / "rig.toml").write_text(rig, encoding="utf-8")
+    options = ("--rig", "rig.toml", "--none", "--records", "1", "--duration", "1 s", "--out", "blind")
+    done = gears3d(installed, "challenge", *options, cwd=tmp_path)
+    assert done.returncode == 3
+    assert "'stribeck_seal' is an effect of another package: the generator of a challenge has no" in done.stderr
+    assert "remove it from the rig" in done.stderr
+
+
+def test_the_torques_of_one_effect_are_one_line_of_the_excitation(monkeypatch):
+    made(monkeypatch, rows=lambda self, rig: [torque_constant(0.3), torque_constant(-0.1)])
+    scenario = load(RIG, {"effect": [{"kind": "seal", "falls_at": "30 rpm"}]})
+    drag = assess(scenario).drag
+    assert [part["source"] for part in drag] == ["drag.torque", "effect[0] seal"]
+    assert drag[1]["torque_N_m"] == pytest.approx(0.2)
+    assert assess(scenario).drag_torque_N_m == pytest.approx(scenario.drag.torque + 0.2)

@@ -50,7 +50,8 @@ class _Draft:
         kind = e["kind"]
         act = getattr(self, f"_{kind}", None)
         if act is None:
-            raise InputError(Fault("effect", f"{kind!r} is a kind without an equation here", "leave it out"))
+            why = "is an effect of another package: the generator of a challenge has no equation for it"
+            raise InputError(Fault("effect", f"{kind!r} {why}", "remove it from the rig"))
         act(e)
 
     def _once(self, name: str, value: Any) -> None:
