@@ -18,11 +18,13 @@ from typer.main import get_command
 
 import gears3d
 from gears3d import cli, load
+from gears3d.diagnosis import CHANNELS
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
 from gears3d.identify import read_campaign
 from gears3d.scenario.document import names
 from gears3d.verification.papers import papers
+from gears3d.views.pages.diagnosed import RINGS, STRUCTURES
 from gears3d.views.pages.engine import TERMS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -254,6 +256,24 @@ def test_the_page_of_errors_has_every_note_of_a_diagnosis():
     kinds = set(re.findall(r"\bNote\(\s*\"([a-z-]+)\"", sources))
     assert len(kinds) > 15
     assert [kind for kind in sorted(kinds) if f"`{kind}`" not in text] == []
+
+
+def test_the_page_of_errors_explains_every_residual_pattern_in_the_words_of_the_report():
+    text = (ROOT / "docs" / "reference" / "errors.md").read_text(encoding="utf-8")
+    text = text[text.index("## Residual patterns") :]
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("| `")
+    ]
+    assert [row for row in rows if len(row) != 4 or not all(row)] == []
+    words = {row[0].strip("`"): row[1] for row in rows if "," not in row[0]}
+    assert words == STRUCTURES
+    assert RINGS in [row[1] for row in rows]
+    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "gears3d" / "diagnosis").glob("*.py"))
+    names = set(re.findall(r"\"((?:sensor|flight|impact|contact|loss|drive|path)\.[a-z_{}]+)\"", sources))
+    names |= {f"{channel}.all" for channel in CHANNELS}
+    made = {name.replace("{gear}", gear).replace("{peak.gear}", gear) for name in names for gear in ("drive", "loose")}
+    made |= {f"contact.tooth_{gear}" for gear in ("drive", "loose")}
+    assert made == set(STRUCTURES)
 
 
 def test_thumbnails_lead_to_the_sections_of_the_gallery(tmp_path, monkeypatch):

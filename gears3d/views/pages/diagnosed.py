@@ -72,6 +72,8 @@ STRUCTURES = {
     "drive.all": "deviations of the drive's angle from its stated motion without a pattern over the angle",
     "path.all": "a displacement that the extended model predicts hardly better than the rig, from measured states on",
     "contact.all": "deviations of the displacement in contact without a pattern over angle, speed or time",
+    "impact.all": "deviations of rebounds that one more cause would explain",
+    "loss.all": "deviations at contact loss that one more cause would explain",
 }
 """Residual patterns in words, by their names in the contract."""
 RINGS = "an oscillation of the readings at one frequency, independent of speed, as of a compliant encoder mount"
