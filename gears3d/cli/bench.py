@@ -138,6 +138,7 @@ def coastdown(
     Example: gears3d bench coastdown base/rigaud-2020 --speed "60 rpm" --out rundown
     """
     from gears3d.bench import rundown as run
+    from gears3d.cli.output import print_warnings, residual_line
     from gears3d.cli.progress import bars
     from gears3d.identify import rundown_picture
     from gears3d.runs.folder import refuse_foreign
@@ -163,6 +164,9 @@ def coastdown(
     )
     lines = [f"standstill after {found.to_dict()['stands_after_s']:.4g} s; drag: {found.found.law}"]
     lines += [f"  {name:12} {p.value:.6g} {p.unit}" for name, p in found.found.parameters.items()]
+    lines += [residual_line(found.found.goodness)]
+    if not as_json:
+        print_warnings(found.found.warnings)
     finish(summary, as_json, [*lines, "", f"gears3d identify coastdown {out}/record.parquet --rig {out}/scenario.toml"])
 
 

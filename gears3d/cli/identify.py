@@ -106,8 +106,9 @@ def _show(found: Identified) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    for note in found.warnings:
-        Console(stderr=True, soft_wrap=True, highlight=False).print(f"[yellow]warning:[/] {escape(note)}")
+    from gears3d.cli.output import print_warnings, residual_line
+
+    print_warnings(found.warnings)
     table = Table(title=f"law: {found.law}", title_justify="left", box=None, padding=(0, 2, 0, 0))
     for column in ("", "value", "± (95 %)", "unit"):
         table.add_column(column, justify="left" if column in ("", "unit") else "right")
@@ -117,22 +118,15 @@ def _show(found: Identified) -> None:
         table.add_row(name, f"{p.value:.{min(digits, 12)}f}", f"{half:.2g}", p.unit)
     console = Console(highlight=False, emoji=False)
     console.print(table)
-    if (over := found.goodness.get("residual_over_noise")) is not None:
-        sizes = [
-            (found.goodness.get(f"rms_{kind}"), unit) for kind, unit in (("angle_rad", "rad"), ("speed_rad_s", "rad/s"))
-        ]
-        rms = ", ".join(f"{size:.3g} {unit}" for size, unit in sizes if size is not None)
-        structure = f"p = {found.goodness['p_structure']:.2g} for independent errors about this law"
-        console.print(
-            f"residual: rms {rms}, {over:.3g} times the noise of single readings; {structure}", soft_wrap=True
-        )
+    if line := residual_line(found.goodness):
+        console.print(line, soft_wrap=True)
         for one in found.goodness["coastdowns"][:10]:
             span = f"{one['from_s']:.6g} to {one['to_s']:.6g} s, {one['points']} points, measured: {one['measured']}"
             console.print(f"free phase: {escape(one['file'] or 'record')}: {span}", soft_wrap=True)
     if losses := found.goodness.get("held_out"):
         held = ", ".join(f"{law} {loss:.3g}" for law, loss in losses.items() if loss is not None)
         console.print(f"held-out loss (smaller is better): {held}", soft_wrap=True)
-    console.print(f"\n{escape(found.snippet)}", end="")
+    console.print(f"\n{escape(found.snippet)}", end="", soft_wrap=True)
 
 
 def coastdown(

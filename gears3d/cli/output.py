@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -71,6 +71,17 @@ def print_warnings(notes: Iterable[str]) -> None:
 
     for note in notes:
         Console(stderr=True, soft_wrap=True, highlight=False).print(f"[yellow]warning:[/] {escape(note)}")
+
+
+def residual_line(goodness: Mapping[str, Any]) -> str:
+    """Return the residual of a drag law relative to noise, and its structure; nothing for other laws."""
+    over = goodness.get("residual_over_noise")
+    if over is None:
+        return ""
+    sizes = [(goodness.get(f"rms_{kind}"), unit) for kind, unit in (("angle_rad", "rad"), ("speed_rad_s", "rad/s"))]
+    rms = ", ".join(f"{size:.3g} {unit}" for size, unit in sizes if size is not None)
+    structure = f"p = {goodness['p_structure']:.2g} for independent errors about this law"
+    return f"residual: rms {rms}, {over:.3g} times the noise of single readings; {structure}"
 
 
 def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = False) -> None:

@@ -273,7 +273,7 @@ def summary_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         out.append(("power dissipated by impacts", f"{power * 1e3:.3g} mW"))
     excitation = summary.get("excitation")
     if excitation is not None:
-        out.append(("excitation Λ", f"{excitation:.3g} (contact loss of rigid teeth above 1)"))
+        out.append(("excitation Λ, base drag", f"{excitation:.3g} (contact loss of rigid teeth above 1)"))
     if summary["comparison"]:
         out += _agreement(summary["comparison"])
     budget = summary["error_budget"]

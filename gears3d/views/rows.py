@@ -96,7 +96,7 @@ def recording_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
     if found["energy_J_s"] is not None:
         lines.append(("power dissipated by impacts", f"{found['energy_J_s'] * 1e3:.3g} mW"))
     if found["excitation"] is not None:
-        lines.append(("excitation Λ", f"{found['excitation']:.3g}"))
+        lines.append(("excitation Λ, base drag", f"{found['excitation']:.3g}"))
     if found["flights"]:
         longest, high = found["flight_longest_s"] * 1e3, found["flight_height_max_m"]
         top = f", {high * 1e6:.4g} µm high" if high is not None else ""

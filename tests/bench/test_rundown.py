@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gears3d import cli
 from gears3d.bench import rundown
 from gears3d.errors import InputError
 from gears3d.scenario import load
@@ -41,3 +42,22 @@ def test_nothing_that_slows_it_down():
         rundown(load(RIG, {"drag.torque": "0 N m"}))
     with pytest.raises(InputError, match="nothing runs down"):
         rundown(load(RIG, {"motion.mean": "0 rpm", "run.settle": "0 s"}))
+
+
+def test_bench_and_identify_give_the_same_warnings_and_the_same_residual(tmp_path, capsys):
+    """A torque of an order is in no law of drag: the residual has structure."""
+    effect = 'effect=[{kind="drag_position", amplitude="0.05 N m", order=3}]'
+    said = []
+    for words in (
+        ("bench", "coastdown", RIG, "--set", effect, "--out", tmp_path / "made"),
+        ("identify", "coastdown", tmp_path / "made" / "record.parquet", "--rig", tmp_path / "made" / "scenario.toml"),
+    ):
+        with pytest.raises(SystemExit) as end:
+            cli.main([*map(str, words)])
+        assert end.value.code == 0
+        said.append(capsys.readouterr())
+    bench, identified = said
+    assert "residual has structure" in identified.err
+    assert bench.err == identified.err
+    (line,) = [line for line in identified.out.splitlines() if line.startswith("residual: ")]
+    assert line in bench.out.splitlines()

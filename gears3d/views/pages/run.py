@@ -414,7 +414,7 @@ LINES = {
     "reverse_energy_J_s": ("power lost in impacts, reverse flank", "same definition"),
     "excitation": (
         "excitation Λ",
-        "inertia torque of the fluctuation over the drag torque; rigid teeth lose contact above 1",
+        "inertia torque of the fluctuation over the base drag, without effects; rigid teeth lose contact above 1",
     ),
 }
 """Name and meaning of each result."""
