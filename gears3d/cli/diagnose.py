@@ -79,7 +79,7 @@ def diagnose(
     show_repeated(admission.repeated)
     with bars() as track:
         tick = track("diagnose", 1.0)
-        found = examine(admitted, bench, lambda doing, part: tick(part), bodies=bodies, runs=experiments)
+        found = examine(admitted, bench, lambda doing, part: tick(part, doing), bodies=bodies, runs=experiments)
     filmed = ""
     made = provenance([file for one in admitted for file in one.inputs], command())
     if out is not None:

@@ -324,6 +324,7 @@ def restitution(
 
     From a list: gears3d identify restitution bounces.csv
     """
+    from gears3d.cli.progress import bars
     from gears3d.errors import UsageError
     from gears3d.identify import identify_restitution
     from gears3d.identify.restitution_list import identify_restitution_list
@@ -341,7 +342,11 @@ def restitution(
     records = admitted(
         files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to), overrides=set_
     )
-    found = [measure(one.recording, one.rig, one.file, motion=one.motion) for one in records]
+    with bars() as track:
+        found = [
+            measure(one.recording, one.rig, one.file, track(f"measure {Path(one.file).name}", 1.0), motion=one.motion)
+            for one in records
+        ]
     bench = next(one.rig for one in records if one.rig is not None)
     law = identify_restitution(found, bench.rig())
     answer(law, out, plot, as_json, inputs_of(records))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -60,22 +60,17 @@ def papers(
 
 @contextmanager
 def _bench(count: int) -> Iterator[Bench]:
-    """Provide the runs of the papers, with progress on a terminal and an end after Ctrl-C."""
-    from rich.console import Console
-    from rich.markup import escape
-
-    from gears3d.cli.interrupts import patient_interrupts
+    """Provide the runs of the papers, with progress and an end after Ctrl-C."""
+    from gears3d.cli.progress import bars
     from gears3d.verification.papers import Bench
 
-    console, done, last = Console(stderr=True), 0, ""
-    with patient_interrupts() as check, console.status("") if console.is_terminal else nullcontext() as line:
+    with bars() as track:
+        tick, done, last = track("papers", count), 0, ""
 
         def report(text: str) -> None:
             nonlocal done, last
-            check()
             done, last = done + (text != last), text
-            if line is not None:
-                line.update(escape(f"{min(done, count)}/{count} {text}"))
+            tick(min(done, count), text)
 
         yield Bench(report)
 

@@ -11,8 +11,7 @@ import typer
 from gears3d.cli.options import Overrides, Plot, ScenarioName, keep, to_results
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
+    from gears3d.cli.progress import Tick
     from gears3d.diagnosis.planner import Option
 
 
@@ -72,13 +71,13 @@ def plan(
     share = {name: amounts(text, "ratio", f"--{name}") for name, text in (("size", size), ("at", at))}
     quiet = amounts(noise, "angle", "--noise")
     with bars() as track:
-        ticks: dict[str, Callable[[float], None]] = {}
+        ticks: dict[str, Tick] = {}
 
         def tell(doing: str, part: float) -> None:
-            stage = doing.split()[0]
+            stage, _, what = doing.partition(" ")
             if stage not in ticks:
                 ticks[stage] = track(stage, 1.0)
-            ticks[stage](part)
+            ticks[stage](part, what)
 
         found = make(
             rig, **wanted, size=share["size"][0], at=(share["at"] or [None])[0],

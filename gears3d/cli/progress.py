@@ -1,40 +1,79 @@
-"""Progress bars on a terminal, nothing when piped, and Ctrl-C at a safe moment."""
+"""Progress bars on a terminal, one line a stage in a log, and Ctrl-C at a safe moment."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from typing import Any
+from time import monotonic
+from typing import Any, Protocol
+
+import typer
 
 from gears3d.cli.interrupts import patient_interrupts
 
-Track = Callable[[str, float], Callable[[float], None]]
+QUIET, EVERY = 10.0, 30.0
+"""Seconds before the first line where the error stream is not a terminal, and between lines of one stage."""
+
+
+class Tick(Protocol):
+    """Takes what is done, and optionally the current stage; raises ``KeyboardInterrupt`` after Ctrl-C."""
+
+    def __call__(self, done: float, doing: str = "") -> None:
+        """Report progress."""
+        ...
+
+
+Track = Callable[[str, float], Tick]
 
 
 @contextmanager
 def bars() -> Iterator[Track]:
-    """Provide ``track(name, total)``; it returns ``tick(done)``, which raises ``KeyboardInterrupt`` after Ctrl-C."""
+    """Provide ``track(name, total)``; it returns ``tick(done, doing)``.
+
+    On a terminal bars show progress. Otherwise the error stream gets a line for each stage, after ``QUIET`` seconds.
+    """
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description:>8}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    log = None if console.is_terminal else _Log()
     with (
         patient_interrupts() as check,
         Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress,
     ):
 
-        def track(name: str, total: float) -> Callable[[float], None]:
-            task = progress.add_task(name, total=total)
+        def track(name: str, total: float) -> Tick:
+            task = progress.add_task(escape(name), total=total)
 
-            def tick(done: float) -> None:
-                progress.update(task, completed=done)
+            def tick(done: float, doing: str = "") -> None:
+                stage = f"{name}: {doing}" if doing else name
+                progress.update(task, completed=done, description=escape(stage))
+                if log is not None:
+                    log.note(stage, done / total if total else 0.0)
                 check()
 
             return tick
 
         with _compilation_shown(progress) if console.is_terminal else nullcontext():
             yield track
+
+
+class _Log:
+    """Lines on the error stream: of each new stage, and of one that lasts."""
+
+    def __init__(self) -> None:
+        self.began = self.last = monotonic()
+        self.stage = ""
+
+    def note(self, stage: str, part: float) -> None:
+        """Print a line if the stage is new or the last line is old."""
+        now = monotonic()
+        if now - self.began < QUIET or (stage == self.stage and now - self.last < EVERY):
+            return
+        self.stage, self.last = stage, now
+        typer.echo(f"{stage}, {100.0 * min(part, 1.0):.0f} %, {now - self.began:.0f} s", err=True)
 
 
 @contextmanager

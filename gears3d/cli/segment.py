@@ -112,7 +112,7 @@ def _one(admitted: Admitted, place: Path | None, plot: Path | None, as_json: boo
         show_findings(admitted.findings)
     with bars() as track:
         found = segmentation.measure(
-            admitted.recording, admitted.rig, file, track("measure", 1.0), motion=admitted.motion
+            admitted.recording, admitted.rig, file, track(f"measure {Path(file).name}", 1.0), motion=admitted.motion
         )
     found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
     found.summary["provenance"] = provenance(admitted.inputs, command())
