@@ -38,7 +38,7 @@ def inspect(
     rig: Rig = None,
     map_file: MapFile = None,
     guess: Annotated[
-        bool, typer.Option("--guess", help="Propose a record.toml with its reasons; nothing is examined.")
+        bool, typer.Option("--guess", help="Propose one record.toml for all files, with reasons; nothing is examined.")
     ] = False,
     correct: Correct = None,
     begin: Begin = "",
@@ -114,16 +114,17 @@ def _result(files: Sequence[str], lines: Sequence[tuple[str, str]], found: list[
 def propose_map(
     records: list[Path], bench: Scenario | None, map_file: Path | None, out: Path | None, rig: Path | None
 ) -> None:
-    """Print or write the map proposed for one file."""
+    """Print or write the map proposed for one file, or for several of one rig."""
     from gears3d.errors import UsageError
     from gears3d.files import write_text
     from gears3d.measured.readers import propose
 
-    if len(records) != 1 or map_file is not None:
-        raise UsageError("--guess proposes the map of one file: name one, without --map")
-    if records[0].suffix.lower() == ".toml":
-        raise UsageError(f"{records[0]}: is already a map: name the measured file")
-    text = propose(records[0], bench, None if out is None else out.parent)
+    if not records or map_file is not None:
+        raise UsageError("--guess proposes the map of measured files: name one or several of one rig, without --map")
+    for record in records:
+        if record.suffix.lower() == ".toml":
+            raise UsageError(f"{record}: is already a map: name the measured file")
+    text = propose(records if len(records) > 1 else records[0], bench, None if out is None else out.parent)
     if out is None:
         typer.echo(text, nl=False)
         return

@@ -82,7 +82,7 @@ def test_several_records_go_into_folders_of_their_own(bench, tmp_path, capsys):
     ("arguments", "code", "message"),
     [
         ([], 2, "name a measured record"),
-        (["a.csv", "b.csv", "--guess"], 2, "name one, without --map"),
+        (["--guess"], 2, "name one or several of one rig"),
         (["a.toml", "--guess"], 2, "is already a map"),
         (["none.tdms"], 3, "none.tdms: is not there"),
         (["none.csv", "gone.csv", "--rig", RIG], 3, "gone.csv: is not there"),

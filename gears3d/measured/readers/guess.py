@@ -6,6 +6,7 @@ import json
 import os
 import re
 import tomllib
+from collections.abc import Sequence
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -166,11 +167,13 @@ def _of_signal(clue: Clue, rate: float | None, named: list[Clue]) -> Clock | Non
     return Clock(clue, able[0], None, sizes[able[0]], (first, sure), len(able) == 1)
 
 
-def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | None = None) -> str:
-    """Propose a map for a measured file.
+def propose(
+    path: str | Path | Sequence[str | Path], rig: Scenario | None = None, beside: str | Path | None = None
+) -> str:
+    """Propose a map for a measured file, or one map for several files of one rig.
 
     Args:
-        path: the file.
+        path: the file, or several: what they have in common is at the top of the map, the rest below ``[[record]]``.
         rig: scenario of the bench: its teeth, mean speed, counts and rate decide what the file leaves open.
         beside: folder in which the map will lie; the working folder when not given.
 
@@ -180,6 +183,70 @@ def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | 
     Raises:
         InputError: the file cannot be read, or time, gears or counts are not to be guessed.
     """
+    if isinstance(path, str | Path):
+        form, lines = _proposed(path, rig, beside)
+        return _headed(f"{_quiet(Path(path).name)} ({form})", lines)
+    return _headed(f"{len(path)} files", _together([_proposed(one, rig, beside)[1] for one in path]))
+
+
+def _headed(of: str, lines: Sequence[str]) -> str:
+    text = "\n".join(lines)
+    doubts = text.count("NOT SURE") + text.count(": NOT as ") + text.count("# NOT taken")
+    points = f": DOUBTFUL in {doubts} point{'s' if doubts > 1 else ''}, marked NOT" if doubts else ""
+    return f"# Proposed from {of}{points}; check what is said here before trusting it.\n{text}\n"
+
+
+def _together(maps: Sequence[list[str]]) -> list[str]:
+    """Return the lines of one map of several files, from those of the map of each."""
+    files = [next(line for line in one if line.startswith("file = ")) for one in maps]
+    parts = [_parts([line for line in one if line not in ("format = 1", file)])
+             for one, file in zip(maps, files, strict=True)]  # fmt: skip
+    held = [{part.held for part in own} for own in parts]
+    common = {part.held for part in parts[0] if part.table != "condition" and all(part.held in own for own in held)}
+    lines = ["format = 1"]
+    lines += [line for part in parts[0] if part.held in common for line in ("", *part.reasons, *part.lines)]
+    for file, own in zip(files, parts, strict=True):
+        lines += ["", "[[record]]", file]
+        for part in own:
+            if part.held not in common:
+                lines += [
+                    *part.reasons,
+                    *(line.replace("[", "[record.", 1) for line in part.lines[:1]),
+                    *part.lines[1:],
+                ]
+    return lines
+
+
+class _Part(NamedTuple):
+    """A part of a map between empty lines.
+
+    Args:
+        table: its name; empty where the part is comments alone.
+        reasons: comments above it.
+        lines: the table.
+    """
+
+    table: str
+    reasons: tuple[str, ...]
+    lines: tuple[str, ...]
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """What makes the part equal to one of another map: its table without the reasons, else its comments."""
+        return self.lines or self.reasons
+
+
+def _parts(lines: list[str]) -> list[_Part]:
+    found = []
+    for text in re.split(r"\n{2,}", "\n".join(lines).strip("\n")):
+        each = text.split("\n")
+        at = next((k for k, line in enumerate(each) if line.startswith("[")), len(each))
+        found.append(_Part(each[at].strip("[]") if at < len(each) else "", tuple(each[:at]), tuple(each[at:])))
+    return found
+
+
+def _proposed(path: str | Path, rig: Scenario | None, beside: str | Path | None) -> tuple[str, list[str]]:
+    """Return the format of a file and the lines of its map, below the heading."""
     source = open_source(path)
     found = clues(source)
     bench = bench_of(rig)
@@ -207,13 +274,8 @@ def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | 
             raise InputError(Fault(f"{gear}.counts_per_revolution", what, remedy, source.file))
     text = _written(source, path, beside, clock, chosen, raw, bench, found)
     Mapper(source, RecordMap.model_validate(tomllib.loads(text)), "the proposed map").columns()
-    doubts = text.count("NOT SURE") + text.count(": NOT as ") + text.count("# NOT taken")
-    first, _, rest = text.partition("\n")
-    if doubts:
-        points = f"{doubts} point{'s' if doubts > 1 else ''}"
-        first = first.replace("; check what", f": DOUBTFUL in {points}, marked NOT; check what")
     unsure = [gear for gear, choice in chosen.items() if not choice.sure]
-    return f"{first}\n" + _without_units(rest, [*unsure, *([] if clock.sure else ["time"])])
+    return source.form, _without_units(text, [*unsure, *([] if clock.sure else ["time"])]).split("\n")
 
 
 def _without_units(text: str, unsure: list[str]) -> str:
@@ -234,8 +296,7 @@ def _written(
     bench: Bench,
     found: list[Clue],
 ) -> str:
-    lines = [f"# Proposed from {_quiet(Path(path).name)} ({source.form}); check what is said here before trusting it."]
-    lines += ["format = 1", f"file = {_text(os.path.relpath(path, beside or '.'))}", ""]
+    lines = ["format = 1", f"file = {_text(os.path.relpath(path, beside or '.'))}", ""]
     lines += [*_comments(clock.whys), *_clock_lines(clock, chosen)]
     for gear, choice in chosen.items():
         lines += ["", *_gear_lines(gear, choice)]
@@ -255,7 +316,7 @@ def _written(
     ]
     left = [each.signal.name for each in rest]
     lines += ["", f"# not used: {_quiet(', '.join(left[:20]))}" + (" ..." if len(left) > 20 else "")] if left else []
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
 
 
 def _of_other_rate(clue: Clue, taken: Clue) -> bool:

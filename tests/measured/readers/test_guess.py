@@ -1,13 +1,16 @@
 """Proposed maps read the file that they were made from, and come to the true angles."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gears3d.errors import InputError
-from gears3d.measured.readers import propose, read
+from gears3d.measured.readers import files_of, propose, read
 from gears3d.scenario import load
+from gears3d.units import parse
 
 RATE = 5000.0
 TIME = np.arange(5000) / RATE
@@ -256,3 +259,53 @@ def test_a_velocity_without_unit_gets_none_from_the_other_gear_alone(tmp_path):
     text = propose(write(tmp_path / "run.csv", columns), None, tmp_path)
     assert '\n# unit = "' in text.split("[drive]")[1].split("[loose]")[0]
     assert '[loose]\nchannel = "wheel_rpm"\nunit = "rpm"' in text
+
+
+def loaded(chart):
+    return [read(file, mapped) for file, mapped in files_of([chart])]
+
+
+def runs(tmp_path, *columns):
+    return [write(tmp_path / f"run-{k}.csv", one) for k, one in enumerate(columns)]
+
+
+def test_one_map_of_several_files_has_what_they_share_once_and_their_speeds_apart(tmp_path, rig):
+    names = ("Zeit [s]", "Antrieb [deg]", "Abtrieb [deg]")
+    speeds = (1.0, 0.5, 1.5)
+    files = runs(tmp_path, *(
+        dict(zip(names, (TIME, np.degrees(part * DRIVE), np.degrees(part * LOOSE)), strict=True)) for part in speeds
+    ))  # fmt: skip
+    text = propose(files, rig, tmp_path)
+    assert text.startswith("# Proposed from 3 files; check")
+    for table in ("[time]", "[drive]", "[loose]"):
+        assert text.splitlines().count(table) == 1
+    assert text.count("[[record]]") == 3
+    chart = tmp_path / "record.toml"
+    chart.write_text(text)
+    found = loaded(chart)
+    assert [Path(one.file).name for one in found] == [file.name for file in files]
+    for one, part in zip(found, speeds, strict=True):
+        np.testing.assert_allclose(turns(one.columns["theta_drive_rad"]), turns(part * DRIVE), rtol=0, atol=1e-9)
+    conditions = [one.condition for one in found]
+    assert not conditions[0]  # the rig's own speed
+    means = [parse(one["motion.mean"], "speed") for one in conditions[1:]]
+    np.testing.assert_allclose(means, [0.5 * 2 * np.pi * 7.3, 1.5 * 2 * np.pi * 7.3], rtol=2e-3)
+
+
+def test_what_differs_between_the_files_of_a_map_stands_below_its_record(tmp_path, rig):
+    first = {"Zeit [s]": TIME, "Antrieb [deg]": np.degrees(DRIVE), "Abtrieb [deg]": np.degrees(LOOSE)}
+    files = runs(tmp_path, first, {**first, "Abtrieb [deg]": -np.degrees(LOOSE)})
+    text = propose(files, rig, tmp_path)
+    assert "\n[drive]\n" in text
+    assert text.count("[record.loose]") == 2
+    assert "\n[loose]\n" not in text
+    chart = tmp_path / "record.toml"
+    chart.write_text(text)
+    for one in loaded(chart):
+        np.testing.assert_allclose(turns(one.columns["theta_loose_rad"]), turns(LOOSE), rtol=0, atol=1e-9)
+
+
+def test_doubts_of_a_common_table_count_once(tmp_path):
+    one = {"t": 1e3 * TIME, "speed 1": OMEGA[0], "speed 2": OMEGA[1]}
+    text = propose(runs(tmp_path, one, one), None, tmp_path)
+    assert "Proposed from 2 files: DOUBTFUL in 3 points" in text.splitlines()[0]
