@@ -225,7 +225,10 @@ def _too_few(every: Pairs, pairs: Pairs, left_out: tuple[str, ...]) -> Fault:
         above = f"above {1e3 * lowest:.3g} mm/s, where none is overlooked" if np.isfinite(lowest) else "in a row"
         what = f"shows {len(pairs.time)} of {len(every.time)} impacts with a rebound {above}; {FEWEST} are needed"
     what = "; ".join([what, *left_out])
-    return Fault("restitution", what, "record longer, with a larger fluctuation amplitude, or with more counts")
+    remedy = (
+        "record longer, with a larger fluctuation amplitude, or with more counts; or `gears3d diagnose`, which fits "
+    )
+    return Fault("restitution", what, remedy + "deviations of the restitution from the whole path, bounces included")
 
 
 def _plastic(every: Pairs) -> Identified | None:

@@ -92,7 +92,7 @@ class Rolled(NamedTuple):
     @property
     def level(self) -> float:
         """p-value below which an order of a flank is significant."""
-        return LEVEL / (2 * len(self.lines.all))
+        return LEVEL / max(2 * len(self.lines.all), 1)
 
     def half_count(self, line: Line) -> float:
         """Return how far the zero of a record's angle may be off in terms of an order's phase [rad]."""
@@ -248,7 +248,7 @@ def goodness(rolled: Rolled) -> dict[str, object]:
         made[name] = {
             "turns": round(contact.turns, 3),
             "rest_rms_m": float(left),
-            "noise_floor_m": float(np.median(fitted.floor)),
+            "noise_floor_m": float(np.median(fitted.floor)) if len(fitted.floor) else None,
             "bins_left_out": float(1.0 - fitted.kept.mean()),
             "scatter_of_turns_over_floor": fitted.scatter,
         }

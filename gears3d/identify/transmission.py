@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
 
 FLANKS = ("active", "reverse")
+WIDE = 0.02  # half width of the interval over the backlash from which on other ways are named
 
 
 def identify_transmission_error(records: Sequence[Admitted]) -> Identified:
@@ -215,7 +216,13 @@ def backlash(rolled: Rolled, file: str = "") -> Identified:
     more["counting_m"] = counting
     more["shift_per_skew_m_s"] = 2.0 * rolled.contacts.radii[0] * rolled.contacts.speed
     text = "\n".join(snippet) + "\n" + "".join(axis.comment() for axis in axes)
-    return Identified("backlash", parameters, goodness(rolled) | more, text, curves(rolled), tuple(warnings(rolled)))
+    told = warnings(rolled)
+    if reach > WIDE * mean:
+        told.append(
+            f"the interval is ± {100.0 * reach / mean:.2g} % of the backlash: slow turns both ways are surer, "
+            "or `gears3d diagnose`, which fits a deviation of the backlash from the whole path"
+        )
+    return Identified("backlash", parameters, goodness(rolled) | more, text, curves(rolled), tuple(told))
 
 
 def _width_of_turns(rolled: Rolled) -> tuple[float, float, float, float]:

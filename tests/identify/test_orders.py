@@ -184,3 +184,16 @@ def test_the_commands_print_json_and_draw(tmp_path, capsys):
     assert told["law"] == "backlash"
     assert set(told) == {"law", "parameters", "goodness", "snippet", "warnings", "provenance"}
     assert told["parameters"]["backlash"]["ci95"][0] < 250e-6 < told["parameters"]["backlash"]["ci95"][1]
+
+
+def test_half_a_turn_of_rattle_gives_a_backlash_without_orders_and_names_other_ways():
+    rig = load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s", "mount.backlash": "60 um"}).with_(
+        {"sensors.noise": "100 urad"}
+    )
+    found = identify_backlash([taken(record(rig).signals, rig)])
+    width = found.parameters["backlash"]
+    assert list(found.parameters) == ["backlash"]
+    assert width.low <= 60e-6 <= width.high
+    assert width.high - width.low > 0.04 * width.value
+    assert any("gears3d diagnose" in note for note in found.warnings)
+    json.dumps(found.to_dict(), allow_nan=False)

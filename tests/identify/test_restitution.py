@@ -79,7 +79,7 @@ def test_records_join_and_order_does_not_matter():
 
 
 def test_too_few_rebounds_are_refused_by_name():
-    with pytest.raises(InputError, match="12 are needed"):
+    with pytest.raises(InputError, match=r"12 are needed.*or `gears3d diagnose`"):
         found_in(1, count=8)
 
 

@@ -90,7 +90,8 @@ def strongest(
     """Return significant orders, one after the other, each with its own phasor on every flank.
 
     ``goal``: standard deviation [m] that must be within reach: no further order takes more than the strongest one.
-    Returns gear and order of each, and by flank the numbers of base columns and phasors, and their covariance.
+    Returns gear and order of each, and by flank the numbers of base columns and phasors, and their covariance. Flanks
+    differ in their numbers of base columns where a record touches one flank only.
     """
     taken: list[tuple[str, int]] = []
     candidates = sum(highest)

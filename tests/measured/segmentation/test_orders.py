@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.measured.segmentation import contact_orders, measure
-from gears3d.measured.segmentation.orders import Contact, columns_of
+from gears3d.measured.segmentation.orders import Contact, columns_of, strongest
 from gears3d.measured.segmentation.results import shares
 from gears3d.scenario import load
 from gears3d.simulation import record, simulate
@@ -87,3 +87,24 @@ def test_the_share_of_a_lone_order_is_its_part_of_the_variance():
     touched = Contact(np.ones((len(angle), 1)), np.stack([angle, angle]), place, 1e-5)
     numbers = np.linalg.lstsq(columns_of(touched, [("drive", 3)]), place, rcond=None)[0]
     assert shares(touched, [("drive", 3)], numbers) == pytest.approx([1 / 3], abs=0.03)
+
+
+def test_orders_of_two_flanks_are_found_where_fewer_records_touch_one_of_them():
+    """Each record has an offset of its own: the flanks then differ in their numbers of base columns."""
+    random = np.random.default_rng(5)
+    wave = 6e-6 + 0.0j
+    touched = []
+    for records in (1, 2):
+        drive = np.linspace(0.0, 12.0 * np.pi, 1500)
+        of = np.arange(len(drive)) * records // len(drive)
+        base = np.eye(records)[of]
+        place = base @ np.arange(records) * 3e-6 + np.real(wave * np.exp(7j * drive))
+        place += 0.2e-6 * random.normal(size=len(drive))
+        touched.append(Contact(base, np.stack([drive, drive * 23 / 41]), place, 0.2e-6))
+    taken, numbers, covariance = strongest(touched, (20, 0))
+    assert taken == [("drive", 7)]
+    for records, own, spread in zip((1, 2), numbers, covariance, strict=True):
+        assert len(own) == records + 2
+        deviation = np.sqrt(spread[records, records])
+        assert deviation < 0.05e-6
+        assert abs(own[records] - wave.real) < 4.0 * deviation
