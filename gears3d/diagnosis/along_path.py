@@ -42,8 +42,9 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation import Track
 
 Array = np.ndarray
-LEAVES = 0.5
-"""Part of the path's error beyond noise that causes may leave at most."""
+LEAVES, BEYOND = 0.5, 0.01
+"""Part of the path's chi-square beyond noise that causes may leave at most, and where they leave more than what noise
+that is known badly may come to: then nothing but the model's own error is left, 0.3 % of the path."""
 FAINT = ("mesh_drag",)
 """Causes that are felt only where a flank is left: the moments of that show what the path hardly does."""
 UNSEEN = ("drive_motion",)
@@ -92,8 +93,9 @@ class AlongPath(NamedTuple):
         return near and self.path.parted <= PARTED and not leaves
 
     def _leaves(self, level: float) -> bool:
-        """Return whether causes with that level of the path leave most of its error beyond noise."""
-        return level - 1.0 > LEAVES * max(self.path.before - 1.0, 1e-9)
+        """Return whether causes with that level of the path leave too much of its error beyond noise."""
+        part = LEAVES if level <= ACCOUNTS else BEYOND
+        return level - 1.0 > part * max(self.path.before - 1.0, 1e-9)
 
     def holds_of(self, records: Sequence[Evidence]) -> bool:
         """Return whether the path comes true in each of some records; restitution that scatters predicts none.

@@ -235,6 +235,11 @@ def parameters(cause: Cause, covariance: Array, unsure: float = 0.0) -> dict[str
     found, sizes = {}, 2 if cause.candidate.phased else 1
     numbers, units = cause.numbers, _units(effect)
     name = cause.candidate.size
+    errs = MODEL
+    if (
+        effect.kind == "tooth_compliance"
+    ):  # the path errs by that part of the backlash, of which stiff teeth yield little
+        errs *= float(np.sqrt(2.0 * max(numbers[0] / cause.candidate.unit, 0.5)))
     if cause.candidate.phased:
         size = float(np.hypot(*numbers[:2]))
         toward = numbers[:2] / max(size, 1e-300)
@@ -245,12 +250,12 @@ def parameters(cause: Cause, covariance: Array, unsure: float = 0.0) -> dict[str
         turn = float(np.hypot(np.sqrt(across @ own @ across) / max(size, 1e-300), MODEL))
         found["phase"] = _parameter(float(effect.phase), turn, units["phase"])
     else:
-        sigma = float(np.hypot(np.sqrt(covariance[0, 0]), np.hypot(MODEL * numbers[0], unsure)))
+        sigma = float(np.hypot(np.sqrt(covariance[0, 0]), np.hypot(errs * numbers[0], unsure)))
         found[name] = _parameter(float(numbers[0]), sigma, units[name])
     for k, free in enumerate(cause.free, start=sizes):
         value = float(getattr(effect, free))
         own = float(np.sqrt(covariance[k, k])) * (abs(value) if FREE[cause.candidate.kind][free].log else 1.0)
-        found[free] = _parameter(value, float(np.hypot(own, MODEL * value)), units[free])
+        found[free] = _parameter(value, float(np.hypot(own, errs * value)), units[free])
     return found
 
 

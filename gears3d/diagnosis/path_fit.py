@@ -122,11 +122,14 @@ def fall_of(windows: Windows, less: Array, more: Array, price: Array | float = 0
 
 
 def size_of(windows: Windows, cause: Cause) -> float:
-    """Return the size of a cause in its units, of a power at its own exponent, of a stiffness its inverse."""
+    """Return the size of a cause in its units, of a power at its own exponent.
+
+    That of a stiffness is the part of the backlash by which teeth yield to an impact after a fall across it.
+    """
     size = float(np.hypot.reduce(cause.numbers[: 2 if cause.candidate.phased else 1])) / cause.candidate.unit
     if cause.candidate.kind == "drag_power":
         size *= windows.pivot ** (float(np.exp(cause.numbers[1])) - cause.candidate.shape["exponent"])
-    return 1.0 / size if cause.candidate.kind == SOFT else size
+    return float(np.sqrt(2.0 / size)) if cause.candidate.kind == SOFT else size
 
 
 def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:

@@ -68,7 +68,7 @@ SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 """Sizes in units from the best of which the fit of a scatter begins, and rounds in which the size follows the kicks."""
 SIZES = {
     OIL: (0.03, 0.06, 0.12, 0.25, 0.5),
-    SOFT: (1.6, 2.5, 4.0, 6.3, 10.0, 25.0, 100.0),
+    SOFT: (1.6, 2.5, 4.0, 6.3, 10.0, 25.0, 100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0),
     "backlash_offset": (-0.6, -0.4, -0.25, -0.1, 0.1, 0.25, 0.5, 1.0),
 }
 """Sizes in units at which laws of contact are tried, and what moves a flank away from where the path meets it: slopes
@@ -692,10 +692,12 @@ def _begun(windows: Windows, law: Candidate) -> list[Cause]:
     if law.kind != SOFT:
         return [begin(law, np.array([size])) for size in SIZES[law.kind]]
     mass = windows.values.inertia / windows.values.base_radius_loose**2
+    logarithm = -float(np.log(np.clip(windows.values.restitution, 0.05, 0.95)))
+    own = logarithm / float(np.hypot(np.pi, logarithm))  # with which a linear spring has the rig's restitution
     return [
         begin(law._replace(shape={"damping": 2.0 * damping * float(np.sqrt(size * law.unit * mass))}), np.array([size]))
         for size in SIZES[SOFT]
-        for damping in DAMPINGS
+        for damping in (*DAMPINGS, own)
     ]
 
 

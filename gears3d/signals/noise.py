@@ -155,12 +155,14 @@ def quantum(angle: np.ndarray) -> float | None:
     >>> round(quantum(np.floor(np.linspace(0, 50, 1001) ** 1.2) * 0.25), 12)
     0.25
     """
-    changes = np.abs(np.diff(angle[:_MOST]))
+    every = np.abs(np.diff(angle[:_MOST]))
     scale = np.abs(angle[:_MOST]).max(initial=0.0)
-    changes = changes[changes > 1e-13 * scale + 1e-300]
+    changes = every[every > 1e-13 * scale + 1e-300]
     if changes.size < 10:
         return None
     smallest = float(changes.min())
+    if changes.size == every.size and changes.max() < 1.5 * smallest:
+        return None  # as many counts in every sample, or none at all: :func:`count_of` knows
     first = changes[changes < 1.5 * smallest].mean()  # rounding of large angles averages out
     multiples = changes[changes < 100.0 * first] / first
     off = np.abs(multiples - np.round(multiples))
@@ -180,6 +182,9 @@ def count_of(angle: np.ndarray) -> float | None:
     >>> turn = np.linspace(0.0, 6.0, 3001) ** 1.1
     >>> round(count_of(np.floor(turn / 1e-4) * 1e-4), 12), count_of(turn)
     (0.0001, None)
+    >>> fast = 2.2e-5 * (3719.0 * np.arange(8000) + np.round(3.0 * np.sin(np.arange(8000))))
+    >>> round(count_of(fast), 12)
+    2.2e-05
     """
     angle = angle[:_MOST]
     rounding = 1e-12 * float(np.abs(angle).max(initial=0.0)) + 1e-300
@@ -188,10 +193,13 @@ def count_of(angle: np.ndarray) -> float | None:
     steps = steps[steps > rounding]
     if not steps.size or (count := float(steps.min())) < 20.0 * rounding:
         return None
-    for _ in range(3):  # the smallest step is rounded most; the sum of all changes least
-        whole = np.round(changes / count)
-        close = whole <= 0.1 * count / rounding
-        count = float(changes[close].sum() / max(whole[close].sum(), 1.0))
+    error = rounding  # of the count; the sum of many counts is rounded least, and says how many more are in a change
+    for values in (changes - changes[0], changes, changes):
+        whole = np.round(values / count)
+        close = whole <= 0.1 * count / error
+        if (most := float(whole[close].max(initial=0.0))) < 1.0:
+            return None
+        count, error = float(values[close].sum() / whole[close].sum()), rounding / most
         if count < 20.0 * rounding:
             return None
     off = np.abs(changes / count - np.round(changes / count))
