@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.engine.brackets import above, first_bracket, narrowed, proposed, wider
 from gears3d.engine.compile import inner
 from gears3d.engine.films import NO_FILM, Film
 from gears3d.engine.mesh import Mesh, call_side
@@ -19,6 +20,8 @@ NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE, STOPS = 0, 1, 2, 3
 TOUCH = 1e-11  # A smaller gap counts as closed [m]
 PARTS = 4  # evaluations of both gaps within a step
 GLIDING = 1e-9  # rounding of the rate of a gap just after separation [m/s]: the gap may still open
+UNSEEN = 1e-13  # smallest gap above rounding [m]
+LEAST_RATE = 1e-15  # stands for the rate of a gap just after separation, of which rounding leaves nothing [m/s]
 HALVINGS = 60
 # Both points of Gauss-Legendre quadrature, in parts of a step.
 GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
@@ -138,14 +141,17 @@ def closing_within(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, longest
         gap_high, rate_high = gap_along(plant, teeth, side, arc, high)
         if gap_high <= (-TOUCH if gap_low <= TOUCH else 0.0):
             start = low
+            closed = 0.0
             if gap_low <= TOUCH:
                 start = _turn(plant, teeth, side, arc, low, high, 1.0)
-            return _root(plant, teeth, side, arc, start, high)
+                if gap_along(plant, teeth, side, arc, start)[0] <= UNSEEN:  # it does not open by more than rounding
+                    closed = -TOUCH
+            return _root(plant, teeth, side, arc, start, high, closed)
         if rate_low < 0.0 < rate_high and gap_low > TOUCH:
             dip = _turn(plant, teeth, side, arc, low, high, -1.0)
             gap_dip, _ = gap_along(plant, teeth, side, arc, dip)
             if gap_dip < -TOUCH:
-                return _root(plant, teeth, side, arc, low, dip)
+                return _root(plant, teeth, side, arc, low, dip, 0.0)
         low, gap_low, rate_low = high, gap_high, rate_high
     return -1.0
 
@@ -153,22 +159,24 @@ def closing_within(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, longest
 @inner
 def _turn(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high: float, sign: float) -> float:
     """Return where the gap rate, of this sign at ``low``, changes it: the top (+1) or bottom (-1) of the gap."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        _, rate = gap_along(plant, teeth, side, arc, middle)
-        if rate * sign > 0.0:
-            low = middle
-        else:
-            high = middle
-    return low
+    first = sign * gap_along(plant, teeth, side, arc, low)[1]
+    last = sign * gap_along(plant, teeth, side, arc, high)[1]
+    if first <= -GLIDING:
+        return low
+    bracket = first_bracket(low, max(first, LEAST_RATE), high, last)
+    while wider(bracket, arc.time):
+        at = proposed(bracket, arc.time)
+        bracket = narrowed(bracket, at, sign * gap_along(plant, teeth, side, arc, at)[1])
+    return above(bracket)
 
 
 @inner
-def _root(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high: float) -> float:
-    """Return where the gap, open at ``low``, is closed: Newton's method kept inside a shrinking bracket."""
+def _root(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high: float, closed: float) -> float:
+    """Return where the gap, above ``closed`` at ``low``, falls to that: Newton's method in a shrinking bracket."""
     at = high
     for _ in range(2 * HALVINGS):
         gap, rate = gap_along(plant, teeth, side, arc, at)
+        gap -= closed
         if gap > 0.0:
             low = at
         else:

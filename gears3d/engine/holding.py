@@ -9,7 +9,9 @@ import math
 
 import numpy as np
 
-from gears3d.engine.closing import HALVINGS, Arc, Plant
+from gears3d.engine.brackets import below, first_bracket, narrowed, proposed, wider
+from gears3d.engine.carried import body_among
+from gears3d.engine.closing import Arc, Plant, flight_arc, gap_along
 from gears3d.engine.compile import entry, inner
 from gears3d.engine.films import film_push
 from gears3d.engine.mesh import call_side
@@ -20,6 +22,7 @@ from gears3d.engine.torques import FREE, resisting
 HELD, LOST, MEETS = 0, 1, 2
 LOOKS = 2  # evaluations of the reaction within a step
 DIFFERENCE = 2e-6  # half-width of the finite differences of the flank's speed along the imposed motion [s]
+AHEAD = 0.5 * DIFFERENCE  # time after which a flight must have opened the gap, if contact is lost [s]
 
 
 @entry
@@ -177,15 +180,33 @@ def _lost_between(
     plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, start: Arc, low: float, high: float, weak: float
 ) -> float:
     """Return when the reaction of the held teeth falls below ``weak``, or -1 if it does not at ``high``."""
-    if reaction(plant, held, teeth, side, start.time + high, start.theta + start.omega * high) >= weak:
+    at_high = _strength(plant, held, teeth, side, start, high) - weak
+    if at_high >= 0.0:
         return -1.0
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if reaction(plant, held, teeth, side, start.time + middle, start.theta + start.omega * middle) < weak:
-            high = middle
-        else:
-            low = middle
-    return high
+    at_low = _strength(plant, held, teeth, side, start, low) - weak
+    if at_low < 0.0:
+        return low
+    bracket = first_bracket(low, at_low, high, at_high)
+    while wider(bracket, start.time):
+        at = proposed(bracket, start.time)
+        bracket = narrowed(bracket, at, _strength(plant, held, teeth, side, start, at) - weak)
+    return below(bracket)
+
+
+@inner
+def _strength(plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, start: Arc, after: float) -> float:
+    """Return the reaction of the held teeth ``after`` seconds into the step [N].
+
+    Its differences reach beyond a slope discontinuity that is yet to come. There the teeth are still in contact if a
+    flight, under torques alone, would at once close their gap again.
+    """
+    time, guess = start.time + after, start.theta + start.omega * after
+    force = reaction(plant, held, teeth, side, time, guess)
+    if force >= 0.0 or plant.film.minimum > 0.0 or body_among(plant.torques) >= 0:
+        return force
+    theta, omega = on_flank(plant, held, side, time, guess)
+    flight = flight_arc(plant, FREE, Arc(time, theta, omega, 0.0, 0.0), AHEAD)
+    return 0.0 if gap_along(plant, held, side, flight, AHEAD)[0] < -resolution(theta) else force
 
 
 @inner
@@ -193,20 +214,22 @@ def _meets_between(
     plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, low: float, high: float
 ) -> float:
     """Return when another pair than the held one first overlaps, or -1 if none does at ``high``."""
-    if not _overlaps(plant, teeth, held, side, start, high):
+    at_high = _room(plant, teeth, held, side, start, high)
+    if at_high >= 0.0:
         return -1.0
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if _overlaps(plant, teeth, held, side, start, middle):
-            high = middle
-        else:
-            low = middle
-    return high
+    at_low = _room(plant, teeth, held, side, start, low)
+    if at_low < 0.0:
+        return low
+    bracket = first_bracket(low, at_low, high, at_high)
+    while wider(bracket, start.time):
+        at = proposed(bracket, start.time)
+        bracket = narrowed(bracket, at, _room(plant, teeth, held, side, start, at))
+    return below(bracket)
 
 
 @inner
-def _overlaps(plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, after: float) -> bool:
-    """Return whether some pair of teeth overlaps while the held pair touches."""
+def _room(plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, after: float) -> float:
+    """Return the smallest gap while the held pair touches, negative where some pair of teeth overlaps [m]."""
     theta, _ = _held_at(plant, held, side, start, after)
     angle, _, _ = drive_at(plant.motion, start.time + after)
-    return call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))[0] < -resolution(theta)
+    return call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))[0] + resolution(theta)

@@ -207,7 +207,7 @@ class Located:
         if not shape.planar:
             angle = drive_at(self.plant.motion, float(hit["met"]))[0]
             at = (angle, float(hit["theta"]), drive, loose, side)
-            _, _, lever, height, _ = line_gap(shape.edged, shape.along, *at)
+            _, _, lever, height, _ = line_gap(shape.along, *at)
             # a flank's normal leans to the axis as its section turns with the height, times its lever
             axial = impulse * lever * turn_of(shape.along, 1, side, loose)
         return Impact(

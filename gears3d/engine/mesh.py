@@ -50,7 +50,7 @@ class Mesh(Record):
     side: int
 
 
-_GAP = types.UniTuple(float64, 3)(Mesh.compiled, float64, float64, int64, int64, int64)
+_GAP = types.UniTuple(float64, 3)(Mesh.compiled, float64, float64, int64, int64, int64, int64)
 _call_gap = caller(_GAP)
 TEETH = types.Array(int64, 2, "C")
 _SIDE_GAP = types.Tuple((float64, float64, float64, int64))(Mesh.compiled, TEETH, int64, float64, float64)
@@ -108,23 +108,21 @@ def off_axis(mesh: Mesh, gear: int, rotation: float) -> tuple[float, float]:
 
 
 @entry
-def _lined_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
+def _lined_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side, part):
     """As :func:`tooth_gap`, of teeth whose gap varies over the face."""
-    gap, by_drive, by_loose, _, _ = line_gap(
-        mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side
-    )
+    gap, by_drive, by_loose, _, _ = line_gap(mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side, part)
     return gap, by_drive, by_loose
 
 
 @entry
-def _seen_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
+def _seen_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side, part):
     """The gap as Bullet measures it: along the normal, also of teeth that touch only at edges."""
-    gap, _, _, _, inside = line_gap(mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
+    gap, _, _, _, inside = line_gap(mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side, part)
     return gap * mesh.along.tilt if inside else math.inf, 0.0, 0.0
 
 
 @entry
-def _eccentric_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
+def _eccentric_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side, part):
     """As :func:`tooth_gap`, of one section on axes that deviate from the axes of rotation."""
     turned = math.pi - theta_loose
     x1, y1 = off_axis(mesh, 0, theta_drive)
@@ -139,15 +137,16 @@ def _eccentric_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, sid
 
 
 @inner
-def tooth_gap(
-    mesh: Mesh, theta_drive: float, theta_loose: float, tooth_drive: int, tooth_loose: int, side: int
-) -> tuple[float, float, float]:
+def tooth_gap(mesh: Mesh, theta_drive: float, theta_loose: float, teeth: np.ndarray) -> tuple[float, float, float]:
     """Return the gap of two teeth on one side [m] and its derivatives by the angles of drive and loose gear [m/rad].
 
-    Angles are in rad; ``side`` is 0 active, 1 reverse.
+    Angles are in rad; ``teeth`` (3,) is tooth of the drive gear, tooth of the loose gear and side, 0 active, 1 reverse,
+    or (4,) with the part of their line of contact.
     """
+    tooth_drive, tooth_loose, side = teeth[0], teeth[1], teeth[2]
     if mesh.law != 0:
-        return _call_gap(mesh.law, (mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side))
+        part = teeth[3] if teeth.shape[0] > 3 else 0
+        return _call_gap(mesh.law, (mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side, part))
     gap, by_drive, by_loose, _ = edged_gap(mesh.edged, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
     return gap, by_drive, by_loose
 
@@ -160,12 +159,13 @@ def side_gap(
 
     That is the gap over the layer of oil [m], its derivatives by the angles of drive and loose gear [m/rad], and its
     row of ``teeth``; without candidates the gap is infinite. ``teeth`` (n, 3) is tooth of the drive gear, tooth of the
-    loose gear, side; angles are in rad; ``side`` is 0 active, 1 reverse.
+    loose gear, side, and in a fourth column the part of their line of contact; angles are in rad; ``side`` is 0 active,
+    1 reverse.
     """
     best, by_drive, by_loose, row = math.inf, 0.0, 0.0, NOBODY
     for i in range(teeth.shape[0]):
         if teeth[i, 2] == side:
-            gap, drive, loose = tooth_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
+            gap, drive, loose = tooth_gap(shape, theta_drive, theta_loose, teeth[i])
             if gap < best:
                 best, by_drive, by_loose, row = gap, drive, loose, i
     return best - shape.layer, by_drive, by_loose, row
@@ -239,7 +239,7 @@ def touching_teeth(
     for i in range(teeth.shape[0]):
         if teeth[i, 2] != side:
             continue
-        gap, by_drive, by_loose = tooth_gap(shape, angles[0], angles[1], teeth[i, 0], teeth[i, 1], side)
+        gap, by_drive, by_loose = tooth_gap(shape, angles[0], angles[1], teeth[i])
         if gap > least + TOGETHER:
             continue
         rate = by_drive * speeds[0] + by_loose * speeds[1]
@@ -278,9 +278,9 @@ def compare_raw(
         if side == NOBODY:
             continue
         if shape.seen != 0:
-            gaps[i] = _call_gap(shape.seen, (shape, thetas[0], thetas[1], teeth[i, 0], teeth[i, 1], side))[0]
+            gaps[i] = _call_gap(shape.seen, (shape, thetas[0], thetas[1], teeth[i, 0], teeth[i, 1], side, 0))[0]
         else:
-            gaps[i] = tooth_gap(shape, thetas[0], thetas[1], teeth[i, 0], teeth[i, 1], side)[0]
+            gaps[i] = tooth_gap(shape, thetas[0], thetas[1], teeth[i])[0]
         least[side] = min(least[side], gaps[i])
     row, worst, refined = NOBODY, 0.0, 0.0
     for i in range(teeth.shape[0]):

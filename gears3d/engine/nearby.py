@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.engine.compile import entry, inner
+from gears3d.engine.lines import parts_of
 from gears3d.engine.mesh import ACTIVE, REVERSE, Mesh, lean_of, meshed, side_gap, tilt_of, tooth_gap
 from gears3d.engine.motion import drive_at
 from gears3d.gears.flank import Flanks
@@ -41,7 +42,7 @@ _PITCHES = 3
 
 def _roughness(flanks: Flanks) -> float:
     """Return how far apart the deviations of two teeth in mesh can be [m]."""
-    waves = np.abs(flanks.harmonics[:, :, :, 1]).sum(axis=2)
+    waves = np.abs(flanks.harmonics[:, :, :, 1]).sum(axis=2) + np.abs(flanks.waves[:, :, :, 0]).sum(axis=2)
     return float((2.0 * waves + np.ptp(flanks.offsets, axis=2)).sum(axis=0).max())
 
 
@@ -71,7 +72,8 @@ class Nearby:
         self.width = 2.0 * math.pi / teeth[0] / WINDOWS
         self.table = np.zeros((WINDOWS * math.lcm(*teeth), 3), np.int64)  # first row, end, whether compared with Bullet
         self._teeth, self.equal = teeth, not pair.deviations and not pair.mounting
-        self.rows = np.zeros((256, 3), np.int64)
+        self._parts = np.array([parts_of(shape.along, side) for side in (ACTIVE, REVERSE)])
+        self.rows = np.zeros((256, 3 if self._parts.max() == 1 else 4), np.int64)
         self._used = 0
         self._shape = shape
         self._ratio = teeth[0] / teeth[1]
@@ -94,15 +96,18 @@ class Nearby:
         return bool(self.table[self.window(angle), 1])
 
     def teeth(self, angle: float) -> np.ndarray:
-        """Return the pairs that may touch at an angle of the drive [rad]: teeth and side, (n, 3)."""
+        """Return the pairs that may touch at an angle of the drive [rad]: teeth and side, (n, 3).
+
+        Where profiles have waves, a pair has a row for each part of its line of contact, in the fourth column.
+        """
         first, end, _ = self.table[self.window(angle)]
         return self.rows[first:end]
 
     def fill(self, found: np.ndarray, thetas: tuple[float, float]) -> None:
         """Keep the pairs within reach (n, 3) in the windows around the angles of drive and loose gear [rad]."""
-        self._room((2 * AHEAD + 1) * len(found))
+        self._room((2 * AHEAD + 1) * len(found) * int(self._parts.max()))
         span = (self.width, self._ratio, self.slack)
-        self._used = _fill(self._shape, found, thetas, span, self.table, self.rows, self._used)
+        self._used = _fill(self._shape, found, thetas, span, self._parts, self.table, self.rows, self._used)
 
     def compared(self, angle: float, all_teeth: bool) -> None:
         """Note that the pairs around an angle of the drive [rad], or those of all teeth, are compared with Bullet."""
@@ -116,7 +121,7 @@ class Nearby:
     def _room(self, most: int) -> None:
         """Provide space for further rows."""
         if self._used + most > len(self.rows):
-            self.rows = np.concatenate([self.rows, np.zeros((len(self.rows) + most, 3), np.int64)])
+            self.rows = np.concatenate([self.rows, np.zeros((len(self.rows) + most, self.rows.shape[1]), np.int64)])
 
 
 @entry
@@ -135,7 +140,7 @@ def _repeat(counts: tuple[int, int], here: int, turn: int, table: np.ndarray, ro
             for i in range(first, end):
                 rows[used, 0] = (rows[i, 0] + sense - 1) % counts[0] + 1
                 rows[used, 1] = (rows[i, 1] + sense - 1) % counts[1] + 1
-                rows[used, 2] = rows[i, 2]
+                rows[used, 2:] = rows[i, 2:]
                 used += 1
             table[window, 1] = used
     return used
@@ -147,6 +152,7 @@ def _fill(
     found: np.ndarray,
     thetas: tuple[float, float],
     span: tuple[float, float, float],
+    parts: np.ndarray,
     table: np.ndarray,
     rows: np.ndarray,
     used: int,
@@ -154,7 +160,7 @@ def _fill(
     """Write the pairs of the windows around an angle into ``rows`` from ``used`` on; return how many are used then.
 
     ``span`` is the width of a window [rad], the ratio of the loose gear's turn to the drive's, and by how much more
-    open than the nearest a gap may be to count [m].
+    open than the nearest a gap may be to count [m]; ``parts`` (2,) are those of the lines of contact of each side.
     """
     width, ratio, slack = span
     here = math.floor(thetas[0] / width)
@@ -173,8 +179,9 @@ def _fill(
             continue
         table[window, 0] = used
         for i in range(found.shape[0]):
-            if keep[i]:
-                rows[used] = found[i]
+            for part in range(parts[found[i, 2]] if keep[i] else 0):
+                rows[used, :3] = found[i]
+                rows[used, 3:] = part + 1
                 used += 1
         table[window, 1] = used
     return used
@@ -190,7 +197,7 @@ def _mark(shape, found, side, thetas, slack, gaps, keep):
     for i in range(found.shape[0]):
         gaps[i] = math.inf
         if found[i, 2] == side:
-            gaps[i], _, by_loose = tooth_gap(shape, thetas[0], thetas[1], found[i, 0], found[i, 1], side)
+            gaps[i], _, by_loose = tooth_gap(shape, thetas[0], thetas[1], found[i])
             if gaps[i] < least:
                 least, lever = gaps[i], by_loose
     if least == math.inf:
@@ -199,7 +206,7 @@ def _mark(shape, found, side, thetas, slack, gaps, keep):
     for i in range(found.shape[0]):
         keep[i] |= gaps[i] <= least + slack
         if gaps[i] <= least + slack + LEVERS * abs(least):
-            gaps[i] = tooth_gap(shape, thetas[0], closed, found[i, 0], found[i, 1], side)[0]
+            gaps[i] = tooth_gap(shape, thetas[0], closed, found[i])[0]
             shut = min(shut, gaps[i])
         else:
             gaps[i] = math.inf

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf, lcm, pi
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,10 +18,12 @@ if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
 
 Array = NDArray[np.float64]
-_SETTLED = 1e-14  # A step by which a place counts as found [m]
+# A step that makes a place count as found [m]: at slope discontinuities a thousandth of it is left.
+_SETTLED = 1e-11
 _ROUNDING = 2.3e-16
 _OFF = 1e-12  # Gap that may be left at a place [m]
 _STRIDE = 0.25  # Longest step, in base pitches
+_AT_ONCE = 256  # Angles after which a search may be interrupted
 _NEWTON = 20  # So many steps Newton may take before the bracket is halved every other time
 
 
@@ -93,7 +96,9 @@ def quasi_static(pair: Pair, theta: ArrayLike | None = None, samples: int = 32) 
     )
 
 
-def rolled(pair: Pair, surfaces: Surfaces, angles: Array, flank: int) -> tuple[Array, NDArray[np.int64], Array]:
+def rolled(
+    pair: Pair, surfaces: Surfaces, angles: Array, flank: int, ticks: Callable[[], None] | None = None
+) -> tuple[Array, NDArray[np.int64], Array]:
     """Return where the gears touch on one flank, or say at which angle they do not.
 
     Args:
@@ -101,6 +106,7 @@ def rolled(pair: Pair, surfaces: Surfaces, angles: Array, flank: int) -> tuple[A
         surfaces: its surfaces, compiled.
         angles: of the drive gear [rad], (n,).
         flank: 0 active, 1 reverse.
+        ticks: called now and then, to end early by an exception.
 
     Returns:
         As :func:`roll`.
@@ -109,15 +115,20 @@ def rolled(pair: Pair, surfaces: Surfaces, angles: Array, flank: int) -> tuple[A
         InputError: teeth that come out of mesh.
         EngineError: a place that does not settle.
     """
-    found = roll(surfaces, angles, flank, flank * pair.backlash)
-    places, side = found[0], FLANKS[flank]
+    parts = []
+    for begin in range(0, max(angles.size, 1), _AT_ONCE):
+        parts.append(roll(surfaces, angles[begin : begin + _AT_ONCE], flank, flank * pair.backlash))
+        if ticks is not None:
+            ticks()
+    places, teeth, heights = (np.concatenate(each) for each in zip(*parts, strict=True))
+    side = FLANKS[flank]
     if np.isnan(places).any():
         lost = float(angles[np.isnan(places)][0])
         raise InputError(Fault("theta", f"= {lost:.6g} rad finds no {side} flanks in mesh", "bring the gears closer"))
     if np.isinf(places).any():
         lost = float(angles[np.isinf(places)][0])
         raise EngineError(f"the {side} flanks do not come to rest at theta = {lost:.12g} rad: their gap jumps there")
-    return found
+    return places, teeth, heights
 
 
 @njit(cache=True)
@@ -134,13 +145,15 @@ def roll(surfaces, angles, flank, start):
     side, most = 1.0 - 2.0 * flank, _STRIDE * base1 * abs(surfaces.shape.flanks.gears[0, 1])
     places, heights = np.full(angles.size, np.nan), np.zeros(angles.size)
     teeth = np.zeros((angles.size, 2), np.int64)
-    place = start
+    place, drift = start, 0.0
     for i in range(angles.size):
-        low, high, least = -inf, inf, inf
+        low, high, least, by_drive, slope = -inf, inf, inf, 0.0, 0.0
+        if i > 0:
+            place += min(max(drift * (angles[i] - angles[i - 1]), -most), most)
         fine = max(_SETTLED, 4.0 * _ROUNDING * base1 * abs(angles[i]))
         for turn in range(200):
             theta = (place + base1 * angles[i]) / base2
-            least, slope, teeth[i, 0], teeth[i, 1], heights[i] = _smallest(surfaces, angles[i], theta, flank)
+            least, by_drive, slope, teeth[i, 0], teeth[i, 1], heights[i] = _smallest(surfaces, angles[i], theta, flank)
             if least == inf:
                 break
             if least * side > 0.0:
@@ -149,7 +162,8 @@ def roll(surfaces, angles, flank, start):
                 low = place
             step = least * base2 / slope if slope != 0.0 else inf
             if abs(step) < fine or high - low < fine:
-                place -= step if abs(step) < fine else 0.0
+                if abs(step) < fine:
+                    place, least = place - step, 0.0
                 break
             step = min(max(step, -most), most)
             inside = low < place - step < high
@@ -157,22 +171,22 @@ def roll(surfaces, angles, flank, start):
                 step = place - 0.5 * (low + high)
             place -= step
         if least == inf:
-            place = start
+            place, drift = start, 0.0
         elif abs(least) < max(_OFF, 10.0 * fine):
-            places[i] = place
+            places[i], drift = place, -(base2 * by_drive / slope + base1)
         else:
-            places[i], place = inf, start
+            places[i], place, drift = inf, start, 0.0
     return places, teeth, heights
 
 
 @inner
 def _smallest(surfaces, theta_drive, theta_loose, flank):
-    """Smallest gap of all pairs of teeth, its derivative by the loose gear's angle, tooth numbers and height."""
+    """Smallest gap of all pairs of teeth, its derivatives by both angles, tooth numbers and height."""
     pairs = mates(surfaces, theta_drive, theta_loose, flank)
-    least, slope, drive, loose, height = inf, 0.0, 0, 0, 0.0
+    least, by_drive, by_loose, drive, loose, height = inf, 0.0, 0.0, 0, 0, 0.0
     for k in range(pairs.shape[0]):
         found = surface_gap(surfaces, theta_drive, theta_loose, pairs[k, 0], pairs[k, 1], flank)
         if found[0] < least:
-            least, slope, height = found[0], found[2], found[8]
+            least, by_drive, by_loose, height = found[0], found[1], found[2], found[8]
             drive, loose = pairs[k, 0], pairs[k, 1]
-    return least, slope, drive, loose, height
+    return least, by_drive, by_loose, drive, loose, height

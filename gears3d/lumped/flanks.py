@@ -168,11 +168,12 @@ def _joined(pieces: Array) -> Array:
     return joined
 
 
-def flank_tables(pair: Pair, low: float, high: float) -> tuple[Table, Table]:
+def flank_tables(pair: Pair, low: float, high: float, ticks: Callable[[], None] | None = None) -> tuple[Table, Table]:
     """Return the displacement of the contact on the active and reverse flanks by deviations, reliefs and mounting.
 
     Both are tables over the drive's angle from ``low`` to ``high`` [rad], degree 7, in m: φ(θ) of the active flanks,
     −φ(θ) of the reverse ones. Where the period is shorter, tables repeat. Teeth out of mesh are an InputError.
+    ``ticks`` is called now and then, to end early by an exception.
 
     >>> from gears3d.gears import Gear, Pair, ToothDeviation
     >>> gear = Gear(3.5e-3, 30)
@@ -190,7 +191,7 @@ def flank_tables(pair: Pair, low: float, high: float) -> tuple[Table, Table]:
     surfaces = compile_surfaces(pair)
 
     def displacement(flank: int, theta: Array) -> Array:
-        places = rolled(pair, surfaces, theta, flank)[0]
+        places = rolled(pair, surfaces, theta, flank, ticks)[0]
         return pair.backlash - places if flank else places
 
     tables = []

@@ -8,6 +8,7 @@ Rigaud & Perret-Liaudet 2020, eqs (11)-(19).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,19 +53,27 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     >>> simulate(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"})).impacts["flank"][0]
     np.int8(1)
     """
-    m = packed(scenario)
+    m = packed(scenario, progress=progress)
     outcome = run(
         m, scenario.run.duration, 1.0 / scenario.run.output_rate, scenario.start.state, progress, lyapunov=True
     )
     return recorded(outcome, m, scenario, "rigid")
 
 
-def packed(scenario: Scenario, teeth: Teeth | None = None, tolerance: float = TOLERANCE) -> Model:
-    """Return the packed model of a scenario; what the model cannot do is an InputError."""
+def packed(
+    scenario: Scenario,
+    teeth: Teeth | None = None,
+    tolerance: float = TOLERANCE,
+    progress: Callable[[float], None] | None = None,
+) -> Model:
+    """Return the packed model of a scenario; what the model cannot do is an InputError.
+
+    ``progress`` is called with 0 s now and then, while the flanks roll on each other.
+    """
     rows = scenario.rows()
     drive = None if scenario.motion.record is None else measured_drive(scenario)
     sines = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics] if drive is None else []
-    flanks = flanks_of(scenario, rows, _reach(scenario, rows, drive))
+    flanks = flanks_of(scenario, rows, _reach(scenario, rows, drive), progress)
     about = (scenario.impact.stick_velocity, scenario.run.seed, flanks, drive, teeth, tolerance)
     return model(scenario.rig(), sines, rows, *about)
 
@@ -99,13 +108,18 @@ def measured_drive(scenario: Scenario) -> Table:
     return quintic(time[: len(time) - rest : every], theta[: len(time) - rest : every])
 
 
-def flanks_of(scenario: Scenario, rows: Sequence[Row], reach: tuple[float, float]) -> tuple[Table, Table] | None:
+def flanks_of(
+    scenario: Scenario,
+    rows: Sequence[Row],
+    reach: tuple[float, float],
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Table, Table] | None:
     """Return tables of flanks, over drive angles [rad], where they deviate by more than waves and eccentricity."""
     pair = scenario.pair()
     if perfect(pair) and not any(row.code == Code.FLANK_TOOTH for row in rows):
         return None
     pair = pair.with_deviations(*flank_deviations(rows)).with_mounting(*eccentricities(rows))
-    return flank_tables(pair, *reach)
+    return flank_tables(pair, *reach, None if progress is None else partial(progress, 0.0))
 
 
 def _reach(scenario: Scenario, rows: tuple[Row, ...], drive: Table | None) -> tuple[float, float]:

@@ -54,7 +54,7 @@ def test_teeth_lean_on_the_end_of_the_face_that_touches_first(within, across):
             surfaces = compile_surfaces(pair)
             both = np.array([(*teeth, side) for teeth in mates(surfaces, drive[0], loose[0], side)])
             row = side_gap(shape, both, side, drive[0], loose[0])[3]
-            found = line_gap(shape.edged, shape.along, drive[0], loose[0], *both[row, :2], side)
+            found = line_gap(shape.along, drive[0], loose[0], *both[row, :2], side)
             assert found[3] == where
     # to first order: half the width times the angle times the sine, or the cosine, of the working pressure angle
     working = pair.working_pressure_angle

@@ -15,6 +15,8 @@ from gears3d.gears import (
     HarmonicDeviation,
     Misalignment,
     Pair,
+    ProfileSlope,
+    ProfileWave,
     Relief,
     Wobble,
     compile_surfaces,
@@ -302,3 +304,31 @@ def test_what_needs_the_whole_face_is_refused_in_one_section():
         Pair.from_backlash(sloped, pair.loose, 1e-4).compiled()
     with pytest.raises(InputError, match=r"out_of_plane: is 2.865 deg \(give -1.15 to 1.15 deg\)"):
         Misalignment(out_of_plane=0.05)
+
+
+WAVES = [
+    ProfileWave("loose", "active", 2e-6, 2.0),
+    ProfileWave("loose", "reverse", 2e-6, 2.0, 1.0),
+    ProfileWave("drive", "active", 1.5e-6, 1.5, 0.7),
+    ProfileSlope("drive", "active", -4e-6),
+]
+SHARP = Relief(15e-6, length=2e-3, shape="linear")
+
+
+@pytest.mark.parametrize("deviations", [WAVES[:2], WAVES, [*WAVES, HarmonicDeviation("drive", "active", 19, 2e-6)]])
+@pytest.mark.parametrize(("relief", "crowning"), [(None, 0.0), (SHARP, 5e-6)])
+def test_the_least_of_several_minima_is_found(deviations, relief, crowning):
+    """Crests of waves compete along the face, with each other and with corners of reliefs."""
+    pair = helical(relief=relief, drive={"helix_slope": 6e-6}, lead_crowning=crowning).with_deviations(*deviations)
+    surfaces, seen = compile_surfaces(pair), 0
+    heights = np.linspace(-0.5 * WIDTH, 0.5 * WIDTH, 1501)
+    for theta in np.linspace(0.0, 2.0 * np.pi / pair.drive.teeth, 9):
+        theta_loose = (20e-6 + pair.drive.base_radius * theta) / pair.loose.base_radius
+        for flank in (ACTIVE, REVERSE):
+            for teeth in mates(surfaces, theta, theta_loose, flank).tolist():
+                gaps = [section_gap(surfaces, theta, theta_loose, *teeth, flank, z)[0] for z in heights]
+                if min(gaps) < 60e-6:
+                    seen += 1
+                    found = surface_gap(surfaces, theta, theta_loose, *teeth, flank)[0]
+                    assert min(gaps) - 5e-9 < found < min(gaps) + 1e-15
+    assert seen >= 20

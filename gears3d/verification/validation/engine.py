@@ -10,9 +10,9 @@ import numpy as np
 from gears3d.comparison import compare
 from gears3d.engine import Bench
 from gears3d.engine import simulate as run_engine
-from gears3d.engine.lines import facing
 from gears3d.engine.mesh import meshed
 from gears3d.gears import Pair, contact_lines, nearest_gap, piece_budget, solid
+from gears3d.gears.surface import facing
 from gears3d.recording import Recording
 from gears3d.scenario import Scenario
 from gears3d.simulation import simulate
@@ -125,7 +125,7 @@ def lines_off(scenario: Scenario) -> float:
             loose = (pair.drive.base_radius * theta + side * pair.backlash) / pair.loose.base_radius
             for teeth, points in zip(lines.teeth, lines.points, strict=True):
                 both = (int(teeth[0]), int(teeth[1]))
-                found = facing(mesh.edged, mesh.along, (float(theta), loose), both, side, 0.0)[:2]
+                found = facing(mesh.along.surfaces, (float(theta), loose), both, side, 0.0)[:2]
                 off = max(off, float(np.abs(np.array(found) - np.sort(points[:, 2])).max()))
     return off
 
