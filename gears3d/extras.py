@@ -35,7 +35,7 @@ _FORMATS = {
 EXTRAS = {
     "engine": Extra(
         {"pybullet": "pybullet", "trimesh": "trimesh"},
-        "the 3D engine (run, bench, sweep --model bullet) and gears as STL, OBJ and GLB files (mesh)",
+        "the 3D engine (run, bench, sweep --model bullet) and gears as STL, OBJ and GLB files (export)",
         "pybullet has ready-made wheels for Python 3.11 on Linux alone; elsewhere pip builds it with a C++ compiler",
     ),
     "replay": Extra({"rerun": "rerun-sdk"}, "replay.rrd and the rerun viewer (run, replay, diagnose)"),
@@ -47,7 +47,7 @@ EXTRAS = {
     "video": Extra({"av": "av"}, "animations as MP4 (camera --video)"),
     "cad": Extra(
         {"OCP": "cadquery-ocp-novtk", "trimesh": "trimesh"},
-        "gears as STEP files with B-spline flanks (mesh --format step)",
+        "gears as STEP files with B-spline flanks (export --format step)",
     ),
     "tables": Extra({"pandas": "pandas", "xarray": "xarray"}, "recordings as pandas and xarray tables"),
     "hdf5": Extra({"h5py": "h5py"}, "HDF5 and MATLAB v7.3 alone"),

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.interrupts import exit_code
+from gears3d.cli.interrupts import exit_code, interrupted
 from gears3d.cli.options import MODELS, Overrides, Plot, ScenarioName, choice
 from gears3d.errors import EngineError, GearsError, InputError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from gears3d.cli.progress import Track
     from gears3d.recording import Recording
     from gears3d.runs import RunFolder
     from gears3d.scenario import Scenario
@@ -80,7 +81,7 @@ def run(
         print_json(summary)
     else:
         print_summary(summary, place)
-    if summary["status"] == "partial":
+    if summary["status"] == "partial" or interrupted():
         raise typer.Exit(exit_code())
     if any(not verdict["met"] for verdict in summary["expect"].values()):
         raise typer.Exit(1)
@@ -120,8 +121,8 @@ def _fill(
         spared = suppress(GearsError) if stopped else nullcontext()
         if twin != "none":
             with _clock(wall, "twin"), spared:
-                other = simulate(_until(scenario, recording), twin)
-                comparison = _comparison(recording, other)
+                other = _twin(_until(scenario, recording), twin, track)
+                comparison = None if other is None else _comparison(recording, other)
         summary = {**summarise(scenario, recording, comparison), **about}
         with _clock(wall, "files"):
             folder.write_scenario(scenario, _header(summary))
@@ -137,6 +138,20 @@ def _fill(
     summary |= _costs(wall, begin)
     folder.write_summary(summary)
     return summary, stopped
+
+
+def _twin(scenario: Scenario, twin: str, track: Track) -> Recording | None:
+    """Return the recording of the twin, ``None`` after an interrupt: the run itself is kept."""
+    from gears3d.simulation import simulate
+
+    try:
+        other = simulate(scenario, twin, progress=track("twin", scenario.run.duration))
+    except KeyboardInterrupt:
+        other = None
+    if other is None or other.meta["interrupted"]:
+        typer.echo("the twin was interrupted: no comparison", err=True)
+        return None
+    return other
 
 
 def _costs(wall: dict[str, float], begin: float) -> dict[str, Any]:
@@ -261,7 +276,10 @@ def summary_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """Return the table's lines as (name, value)."""
     from gears3d.views.rows import impacts_line, regime_line
 
-    out = [("regime", regime_line(summary)), ("impacts after settling", impacts_line(summary))]
+    out = []
+    if summary["status"] == "partial":
+        out.append(("status", f"partial: ended at {summary['reached_s']:.6g} s"))
+    out += [("regime", regime_line(summary)), ("impacts after settling", impacts_line(summary))]
     for flank in ("active", "reverse"):
         speed = summary.get(f"{flank}_velocity_mean_m_s")
         if speed is not None:
@@ -284,14 +302,14 @@ def summary_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     if summary.get("error_estimate"):
         out.append(("error by half the step", _estimate(summary["error_estimate"])))
     out.append(("speed", _speed(summary)))
-    if summary["status"] == "partial":
-        out.append(("status", f"partial: ended at {summary['reached_s']:.6g} s"))
     return out
 
 
 def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:
     if comparison["mode"] == "distribution":
         verdict = "the twin is chaotic: compared as distributions, see report.html"
+    elif not (comparison["impacts_compared"] or comparison["impacts_invented"]):
+        verdict = "no impacts in either"
     else:
         missed, invented = comparison["impacts_missed"], comparison["impacts_invented"]
         matched = f"{comparison['impacts_matched']} of {comparison['impacts_compared']} impacts matched"

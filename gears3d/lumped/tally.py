@@ -44,11 +44,15 @@ def take(rows, count, begin, end, period, first, numbers, sections, kept, mass):
     The first ``count`` of ``rows`` (n, 7) hold time [s], flank, velocity and rebound [m/s], impulse [N·s], displacement
     and flight height [m]. The speed of the first impact of each period [s] goes into ``sections``, the first of which
     is that of period ``first`` after ``begin``. ``kept`` (2, m, 2) takes time [s] and velocity [m/s] of the impacts of
-    both flanks. ``mass`` [kg] is that of the loose gear on the line of action.
+    both flanks. ``mass`` [kg] is that of the loose gear on the line of action. Impacts after low flights count for the
+    energy only.
     """
     for i in range(count):
         time, velocity, rebound, height = rows[i, 0], rows[i, 2], rows[i, 3], rows[i, 6]
-        if time < begin or time > end or height <= FLIGHT_HEIGHT_MIN:
+        if time < begin or time > end:
+            continue
+        numbers[ENERGY] += 0.5 * mass * (velocity * velocity - rebound * rebound)
+        if height <= FLIGHT_HEIGHT_MIN:
             continue
         flank = int(rows[i, 1])
         place = int(numbers[COUNT + flank])
@@ -60,7 +64,6 @@ def take(rows, count, begin, end, period, first, numbers, sections, kept, mass):
         numbers[SPREAD + flank] += away * (velocity - numbers[MEAN + flank])
         numbers[LARGEST + flank] = max(numbers[LARGEST + flank], abs(velocity))
         numbers[IMPULSE + flank] += rows[i, 4]
-        numbers[ENERGY] += 0.5 * mass * (velocity * velocity - rebound * rebound)
         numbers[OPENING] = max(numbers[OPENING], height)
         cycle = floor((time - begin) / period)
         if cycle > numbers[LAST + flank]:

@@ -27,6 +27,9 @@ def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, An
     meta = recording.meta
     outcome = outcome_of(recording)
     partial = bool(meta.get("interrupted"))
+    if partial and float(meta["reached_s"]) - scenario.run.settle < scenario.period:
+        outcome |= {"regime": None, "motion": None, "impacts_per_period": None}
+        comparison = None
     return {
         "format": FORMAT,
         "status": "partial" if partial else "complete",

@@ -49,7 +49,8 @@ def window(signals: Table, meta: Mapping[str, Any]) -> tuple[float, float]:
 def describe(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> dict[str, Any]:
     """Return regime, repetition, speeds, energies and durations after the settling time.
 
-    Impacts after flights no higher than 0.05 µm are left out; where the height is not known, they count.
+    Impacts after flights no higher than 0.05 µm are left out, but for their energy: a step of the flanks in contact
+    causes an impact without a flight. Where the height is not known, they count.
 
     Args:
         signals: with ``time_s`` [s], (n,); more of the contract's columns give more numbers.
@@ -95,7 +96,7 @@ def describe(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> dict[st
         found[f"{name}_velocity_std_m_s"] = float(speeds.std()) if speeds.size else None
         found[f"{name}_impulse_dimensionless"] = _mean(ones["impulse_dimensionless"][flanks == code])
     rebounds = some.get("rebound_m_s", np.full(len(times), np.nan))
-    found |= powers(velocities, rebounds, flanks, heavy, end - start)
+    found |= powers(velocities, rebounds, flanks, heavy, end - start) | _energies(impacts, start, end, heavy)
     found |= {"mass_kg": heavy, "excitation": excitation(heavy, speed, meta)}
     found |= {"lyapunov_1_s": moved.exponent, "lyapunov_std_1_s": moved.deviation, "lyapunov_from": moved.source}
     if moved.exponent == -inf:
@@ -118,6 +119,16 @@ def counted(impacts: Table, start: float, end: float) -> dict[str, np.ndarray]:
     height = impacts.get("flight_height_m", np.full(len(impacts["time_s"]), np.nan))
     counts = (impacts["time_s"] >= start) & (impacts["time_s"] <= end) & ~(height <= FLIGHT_HEIGHT_MIN)
     return {name: values[counts] for name, values in impacts.items()}
+
+
+def _energies(impacts: Table, start: float, end: float, mass: float | None) -> dict[str, float | None]:
+    """Return the energies of :func:`powers` of all impacts; those after low flights count with a known rebound only."""
+    unknown = np.full(len(impacts["time_s"]), np.nan)
+    rebound = impacts.get("rebound_m_s", unknown)
+    low = impacts.get("flight_height_m", unknown) <= FLIGHT_HEIGHT_MIN
+    some = (impacts["time_s"] >= start) & (impacts["time_s"] <= end) & ~(low & ~np.isfinite(rebound))
+    every = powers(impacts["velocity_m_s"][some], rebound[some], impacts["flank"][some], mass, end - start)
+    return {key: value for key, value in every.items() if key.endswith("energy_J_s")}
 
 
 def equivalent_mass(impacts: Table, meta: Mapping[str, Any]) -> float | None:

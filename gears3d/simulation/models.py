@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 
-_TAKEN = "gears3d show, mesh and gears.quasi_static take it"
+_TAKEN = "gears3d show, gears3d export and gears.quasi_static take it"
 Progress = Callable[[float], None]
 SAMPLE = 110  # Bytes of memory for a sample: seven columns, while they are made and checked
 # What each model is, in a line

@@ -24,6 +24,8 @@ MOTIONS = {"too_short": "too short to determine the period", "quasi_periodic": "
 
 def regime_line(summary: dict[str, Any]) -> str:
     """Return regime and motion in words."""
+    if summary["regime"] is None:
+        return "not determined: less than one period after settling"
     motion = summary.get("motion")
     words = [str(summary["regime"]).replace("_", " "), MOTIONS.get(str(motion), motion)]
     return ", ".join(word for word in words if word)

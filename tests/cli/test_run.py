@@ -11,8 +11,9 @@ from pathlib import Path
 import pyarrow.parquet
 import pytest
 
-from gears3d import cli
-from gears3d.recording import read
+from gears3d import cli, simulation
+from gears3d.errors import EngineError
+from gears3d.recording import Recording, read
 from gears3d.runs import read_run
 
 FILE = "scenarios/rigaud-2020/fig5-20rpm.toml"
@@ -176,7 +177,7 @@ def test_a_run_that_breaks_off_keeps_what_happened_until_then(tmp_path):
     said = " ".join(done.stderr.split())
     assert "deep in each other at t = " in said
     assert f"the run until then is in {tmp_path / 'run'}" in said
-    assert "partial: ended at" in done.stdout
+    assert "partial: ended at" in done.stdout.partition("regime")[0]
     kept = read_run(tmp_path / "run")
     assert kept.summary["status"] == "partial"
     assert kept.summary["stopped_by"] in said
@@ -187,6 +188,44 @@ def test_a_run_that_breaks_off_keeps_what_happened_until_then(tmp_path):
     assert (tmp_path / "run" / "report.html").exists()
     told = json.loads(gears3d(*words, "--json", "--no-views").stdout)
     assert told["error"]["exit_code"] == 4
+
+
+def test_a_run_that_ends_within_its_first_period_has_no_regime(monkeypatch, tmp_path, capsys):
+    honest = simulation.simulate
+
+    def brief(scenario, model, **how):
+        made = honest(scenario.with_({"run.duration": "0.2 s", "run.settle": "0 s"}), model, **how)
+        cut = Recording(made.signals, made.impacts, {**made.meta, "interrupted": True, "reached_s": 0.2})
+        raise EngineError("the gears stopped", cut)
+
+    monkeypatch.setattr(simulation, "simulate", brief)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["run", FILE, "--set", "run.duration=4 s", "--twin", "none", "--out", str(tmp_path / "run")])
+    assert stop.value.code == 4
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "status partial: ended at 0.2 s regime not determined: less than one period" in shown
+    summary = read_run(tmp_path / "run").summary
+    assert (summary["regime"], summary["motion"], summary["comparison"]) == (None, None, None)
+
+
+def test_an_interrupt_of_the_twin_keeps_the_run(monkeypatch, tmp_path, capsys):
+    honest = simulation.simulate
+
+    def impatient(scenario, model, **how):
+        if model == "rigid":
+            assert how["progress"] is not None
+            raise KeyboardInterrupt
+        return honest(scenario, model, **how)
+
+    monkeypatch.setattr(simulation, "simulate", impatient)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["run", FILE, "--set", "run.duration=1.2 s", "--no-views", "--out", str(tmp_path / "run")])
+    assert not stop.value.code
+    assert "the twin was interrupted: no comparison" in capsys.readouterr().err
+    kept = read_run(tmp_path / "run")
+    assert kept.summary["status"] == "complete"
+    assert kept.summary["comparison"] is None
+    assert kept.twin is None
 
 
 def test_a_streamed_run_has_the_tables_and_the_numbers_of_a_usual_one(run, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from gears3d.effects import Flank, Rig, flank_harmonic
 from gears3d.effects import Gear as G
 from gears3d.gears import Eccentricity, Gear, HarmonicDeviation, Pair, Relief, ToothDeviation, quasi_static
-from gears3d.lumped import layout
+from gears3d.lumped import layout, rigid
 from gears3d.lumped.flanks import fit, flank_tables, table_period
 from gears3d.lumped.tables import Table
 from gears3d.scenario import load
@@ -139,3 +139,19 @@ def test_corners_are_found_where_they_are():
 def test_jumps_are_refused():
     with pytest.raises(ValueError, match=r"0\.29999|0\.3"):
         fit(lambda x: np.where(x > 0.3, 1e-3, 0.0), np.array([0.0, 1.0]), 1e-13, 1e-9)
+
+
+def test_an_interrupt_acts_while_the_flanks_roll_on_each_other():
+    """Tables of a rig with waves, eccentricity and pitch deviation take seconds."""
+    changes = {"gears.loose.profile_wave": {"amplitude": "1 um", "waves": 2}, "gears.helix_angle": "20 deg"}
+    pitch = {"kind": "pitch_error", "gear": "loose", "tooth": 5, "offset": "5 um"}
+    scenario, asked = load("scenarios/rigaud-2020/fig5-20rpm.toml", {**changes, "effect": [pitch]}), []
+
+    def stop(done):
+        asked.append(done)
+        if len(asked) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        rigid.simulate(scenario, progress=stop)
+    assert asked == [0.0] * 3

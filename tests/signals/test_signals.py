@@ -155,3 +155,18 @@ def test_import_is_light():
     code = "import sys, gears3d.signals; print(*(m for m in ('scipy', 'pyarrow', 'matplotlib') if m in sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
+
+
+def test_an_impact_from_contact_counts_for_the_energy():
+    """A step of the flanks throws a gear off at 0.1 m/s without a flight before; trembling adds next to nothing."""
+    impacts = {
+        "time_s": np.array([0.2, 0.4, 0.6]),
+        "flank": np.array([0, 1, 0]),
+        "velocity_m_s": np.array([-0.1, 0.08, -1e-5]),
+        "rebound_m_s": np.array([0.03, -0.02, np.nan]),
+        "flight_height_m": np.array([0.0, 4e-5, 1e-11]),
+    }
+    found = describe({"time_s": np.array([0.0, 2.0])}, impacts, {"inertia_kg_m2": 0.02, "base_radius_loose_m": 0.1})
+    assert found["impacts"] == 1
+    assert found["active_energy_J_s"] == pytest.approx(0.5 * 2.0 * (0.1**2 - 0.03**2) / 2.0)
+    assert found["energy_J_s"] == pytest.approx(found["active_energy_J_s"] + 0.5 * 2.0 * (0.08**2 - 0.02**2) / 2.0)

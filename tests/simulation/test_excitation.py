@@ -171,3 +171,23 @@ def test_without_drag_or_fluctuation():
     json.dumps(free.to_dict(), allow_nan=False)
     still = assessed(motion__harmonics=[])
     assert (still.harmonics, still.excitation_total, still.expected.regime) == ((), 0.0, "contact")
+
+
+def test_eccentric_teeth_of_the_gear_table_count_as_those_of_an_effect():
+    size = {"offset": "200 um", "phase": "0.4 rad"}
+    table, effect = (
+        assessed(gears__loose__eccentricity=size),
+        assessed({"kind": "eccentricity", "gear": "loose", **size}),
+    )
+    assert table.excitation_total == effect.excitation_total
+    assert table.excitation_total > 1.0003 * assessed().excitation_total
+    assert table.backlash_narrowest_m == effect.backlash_narrowest_m < assessed().backlash_m
+
+
+def test_shapes_of_flanks_that_the_deceleration_leaves_out_are_named():
+    waved = assessed(gears__loose__profile_wave={"amplitude": "1 um", "waves": 1}, gears__drive__helix_slope="4 um")
+    assert waved.excitation_total == assessed().excitation_total
+    told = [note for note in waved.notes if note.startswith("not in the deceleration")]
+    assert told
+    assert "gears.drive.helix_slope, gears.loose.profile_wave" in told[0]
+    assert not [note for note in assessed().notes if note.startswith("not in the deceleration")]

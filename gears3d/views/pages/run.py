@@ -656,6 +656,8 @@ def head(scenario: Scenario, summary: dict[str, Any]) -> Head:
 
 def answer(summary: dict[str, Any]) -> str:
     """Return regime, number and speeds of the impacts in a sentence."""
+    if summary.get("status") == "partial" and summary.get("regime") is None:
+        return f"The run ended at {summary['reached_s']:.4g} s, less than one period after settling: no regime."
     text, per_period = REGIMES.get(str(summary.get("regime")), ""), summary.get("impacts_per_period")
     speeds = {flank: summary.get(f"{flank}_velocity_mean_m_s") for flank in ("active", "reverse")}
     told = [f"{_speed_figure(speed).text} on the {flank} flank" for flank, speed in speeds.items() if speed is not None]
