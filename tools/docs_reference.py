@@ -25,7 +25,7 @@ def commands() -> str:
 def verb(path: tuple[str, ...], command: Any) -> Iterator[str]:
     """Yield the paragraphs of one verb, and of its kinds where it has some."""
     yield f"{'#' * len(path)} {' '.join(path)}"
-    text = inspect.cleandoc(command.help or "")
+    text = inspect.cleandoc(command.help or "").replace("\\[", "[")
     for paragraph in re.split(r"\n\s*\n", text):
         before, example, line = paragraph.partition("Example: ")
         yield " ".join((before if example else paragraph).split())
@@ -40,7 +40,7 @@ def verb(path: tuple[str, ...], command: Any) -> Iterator[str]:
     for one in command.params:
         if one.name in ("help", "as_json"):
             continue
-        told = getattr(one, "help", "") or ""
+        told = (getattr(one, "help", "") or "").replace("\\[", "[")
         default = one.default if isinstance(one.default, str | int | float) and not callable(one.default) else ""
         default = "" if isinstance(default, bool) else str(default)
         names = ", ".join(f"`{name}`" for name in (*one.opts, *one.secondary_opts))

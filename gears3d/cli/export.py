@@ -30,17 +30,18 @@ def export(
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the metadata sidecars as JSON.")] = False,
 ) -> None:
-    """Write the gears of a scenario as solids, or the pair for a multibody engine, with metadata sidecars.
+    r"""Write the gears of a scenario as solids, or the pair for a multibody engine, with metadata sidecars.
 
     Flank effects of the scenario are in the files. The axis is z; the active flank of tooth 1 crosses +x at the working
-    pitch radius. STEP has B-spline surfaces; it needs the extra cad. URDF (PyBullet) and MJCF (MuJoCo)
+    pitch radius. STEP has B-spline surfaces; it needs pip install "gears3d\[cad]". URDF (PyBullet) and MJCF (MuJoCo)
     have both gears with inertias, joints, drag, restitution and convex hulls of the teeth; the MJCF also moves its
     drive.
 
     Example: gears3d export rigaud-2020/fig5-20rpm --out meshes/mine --format glb,mjcf --chord "2 um"
     """
-    from gears3d.errors import UsageError, did_you_mean
+    from gears3d.errors import MissingExtraError, UsageError, did_you_mean
     from gears3d.gears.export import FORMATS, write_meshes
+    from gears3d.gears.step import require_kernel
     from gears3d.scenario import load
     from gears3d.views.multibody import FORMATS as MULTIBODY
     from gears3d.views.multibody import write_multibody
@@ -60,6 +61,12 @@ def export(
     words += [f"--gear {gear}"] * (gear != "both") + [f"--set '{each}'" for each in set_ or ()]
     command, length = f"gears3d export {' '.join(words)}", _length(chord)
     cards: dict[str, dict[str, Any]] = {}
+    lacking = None
+    if "step" in solids and len(formats) > 1:
+        try:
+            require_kernel()
+        except MissingExtraError as why:  # the other formats do without
+            lacking, solids = why, [word for word in solids if word != "step"]
     if models:
         cards["pair"] = write_multibody(loaded, out, models, command)
     if solids:
@@ -73,7 +80,7 @@ def export(
             command=command,
             progress=lambda text: typer.echo(text, err=True),
         )
-    if as_json:
+    if as_json and lacking is None:
         from gears3d.cli.output import print_json
 
         print_json(cards)
@@ -85,6 +92,8 @@ def export(
         for file in card["files"].values():
             typer.echo(f"{out / file['name']}: {_content(card, file)}, {file['bytes'] / 1e3:.0f} kB")
         typer.echo(f"{out / name}.json: {card['mass_properties']['mass_kg']:.6g} kg, {card['hash'][:23]}")
+    if lacking is not None:
+        raise lacking
 
 
 def _show_pair(out: Path, card: dict[str, Any]) -> None:

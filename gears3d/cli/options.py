@@ -166,7 +166,7 @@ StatedMotion = Annotated[
     bool,
     typer.Option(
         "--stated-motion",
-        help="Compare the records with [motion] of the rig; by default the drive's encoder gives the motion.",
+        help="Compare the records with \\[motion] of the rig; by default the drive's encoder gives the motion.",
     ),
 ]
 Overrides = Annotated[

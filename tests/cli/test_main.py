@@ -1,9 +1,11 @@
 """The command line: verbs, exit codes, JSON, and no traceback for bad input."""
 
+import ast
 import importlib
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -199,6 +201,50 @@ def test_a_scenario_is_read_from_stdin(gears3d, monkeypatch):
     code, _, err = gears3d("show", "-")
     assert code == 3
     assert "standard input is empty" in err
+
+
+def test_help_shows_its_square_brackets(gears3d):
+    """The terminal's markup would take a word in brackets for a style."""
+    bare = re.compile(r"(?<!\\)\[[a-z#/@][^\[\]]*\]")
+
+    def texts(name, command):
+        yield name, command.help or ""
+        for one in command.params:
+            yield f"{name} {one.name}", getattr(one, "help", None) or ""
+        if hasattr(command, "list_commands"):
+            context = command.make_context(name, ["--help"], resilient_parsing=True)
+            for other in command.list_commands(context):
+                yield from texts(f"{name} {other}", command.get_command(context, other))
+
+    assert not [
+        (name, bare.findall(text)) for name, text in texts("gears3d", get_command(cli.app)) if bare.search(text)
+    ]
+    assert 'pip install "gears3d[cad]"' in " ".join(gears3d("export", "--help")[1].split())
+    assert "with [motion] of the" in " ".join(gears3d("diagnose", "--help")[1].replace("│", " ").split())
+
+
+def test_every_verb_in_messages_and_help_exists():
+    """Old verbs still work, but a remedy that names one is out of date."""
+    command = re.compile(r"(?:`|Example: |; |\n)gears3d ([a-z][a-z-]+)(?=`| [A-Z-])")
+    old = re.compile(rf"gears3d ({'|'.join(cli.RENAMED)})\b")
+    alone = re.compile(rf"(?<![`:])`({'|'.join(cli.RENAMED)})`(?!`)")
+    named, outdated = {}, []
+    for file in [*(ROOT / "gears3d").rglob("*.py"), ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
+        for text in strings(file) if file.suffix == ".py" else [file.read_text(encoding="utf-8")]:
+            named |= dict.fromkeys(command.findall(text), file)
+            outdated += [(file, verb) for verb in old.findall(text)]
+            if file.suffix == ".py":
+                outdated += [(file, verb) for verb in alone.findall(text)]
+    assert not outdated
+    assert set(named) - set(cli.VERBS) == set()
+    assert len(named) > 20
+
+
+def strings(file):
+    """The texts of a module: all but comments."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
 
 
 @pytest.mark.parametrize("verb", cli.VERBS)

@@ -8,8 +8,8 @@ import pytest
 import trimesh
 from shapely.geometry import Point, Polygon
 
-from gears3d import cli
-from gears3d.gears import content_hash, solid, write_meshes
+from gears3d import cli, errors
+from gears3d.gears import content_hash, solid, step, write_meshes
 from gears3d.scenario import load
 
 RIG, HELICAL = "scenarios/base/rigaud-2020.toml", "scenarios/base/helical-17-43.toml"
@@ -138,3 +138,21 @@ def test_folder_that_cannot_be_written(mesh, tmp_path):
     code, _, err = mesh(RIG, "--out", str(tmp_path / "file"), "--chord", "20 um")
     assert code == 3
     assert "is a file" in err
+
+
+def test_formats_that_need_no_extra_are_written_where_step_has_to_be_refused(mesh, tmp_path, monkeypatch):
+    fault = errors.Fault("", "STEP needs cadquery-ocp-novtk, which is not installed", 'pip install "gears3d[cad]"')
+
+    def lacks():
+        raise errors.MissingExtraError(fault, "cad")
+
+    monkeypatch.setattr(step, "require_kernel", lacks)
+    words = [RIG, "--chord", "20 um", "--gear", "loose"]
+    code, out, err = mesh(*words, "--out", str(tmp_path / "both"), "--format", "stl,step")
+    assert code == errors.MissingExtraError.exit_code
+    assert 'pip install "gears3d[cad]"' in " ".join(err.split())
+    assert "loose.stl" in out
+    assert sorted(path.name for path in (tmp_path / "both").iterdir()) == ["loose.json", "loose.stl"]
+    code, out, err = mesh(*words, "--out", str(tmp_path / "alone"), "--format", "step")
+    assert code == errors.MissingExtraError.exit_code
+    assert not (tmp_path / "alone").exists()
