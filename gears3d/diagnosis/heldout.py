@@ -284,6 +284,7 @@ def as_spur_gears(one: Evidence, rows: Sequence[Row] = ()) -> list[tuple[str, An
         ]
         names = ("profile_shift", "addendum", "dedendum", "fillet_radius", "tip_shortening")
         changes += [(f"gears.{which}.{name}", upon * getattr(gear, name)) for name in names]
+        changes.append((f"gears.{which}.thickness_allowance", f"{gear.thickness_allowance / upon:.17g} m"))
     return changes
 
 

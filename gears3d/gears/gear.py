@@ -317,6 +317,7 @@ class Gear:
         lead_crowning: taken off both flanks at both ends of the face, by a parabola over the face [m].
         helix_slope: by how much the helix advances too far in the gear's frame, from the end at -z to that at +z [m]:
             material added to the active and taken off the reverse flanks at +z, half of it, and the other way at -z.
+        thickness_allowance: added to the normal tooth thickness at the reference cylinder [m], negative for backlash.
 
     Raises:
         InputError: carries one fault for each value that makes no gear.
@@ -347,6 +348,7 @@ class Gear:
     hub: float | None = None
     lead_crowning: float = 0.0
     helix_slope: float = 0.0
+    thickness_allowance: float = 0.0
 
     def __post_init__(self) -> None:
         faults = list(_simple_faults(self)) or list(_shape_faults(self)) or list(relief_faults(self))
@@ -405,8 +407,10 @@ class Gear:
 
     @cached_property
     def base_half_angle(self) -> float:
-        """Half the angle that a tooth of full thickness spans at the base circle [rad]."""
-        thickness = pi / 2.0 + 2.0 * self.profile_shift * tan(self.pressure_angle)
+        """Half the angle that a tooth spans at the base circle [rad], with its allowance."""
+        thickness = (
+            pi / 2.0 + 2.0 * self.profile_shift * tan(self.pressure_angle) + self.thickness_allowance / self.module
+        )
         return thickness / self.teeth + inv(self.transverse_pressure_angle)
 
     @cached_property
@@ -434,11 +438,11 @@ def _simple_faults(gear: Gear):
         if not (above and shown <= high + 1e-9):
             limits = f"> {low:g}" if high == inf else f"{low:g} to {high:g}"
             yield Fault(key, f"is {shown:g} {unit}".rstrip(), f"give {limits} {unit}".rstrip())
-    for key in ("lead_crowning", "helix_slope"):
+    for key, part in (("lead_crowning", 20), ("helix_slope", 20), ("thickness_allowance", 5)):
         value = getattr(gear, key)
-        if gear.module > 0.0 and not abs(value) <= 0.05 * gear.module:
-            most = 0.05e6 * gear.module
-            yield Fault(key, f"is {value * 1e6:g} um", f"give -{most:g} to {most:g} um (1/20 of the module)")
+        if gear.module > 0.0 and not abs(value) <= gear.module / part:
+            most = 1e6 * gear.module / part
+            yield Fault(key, f"is {value * 1e6:g} um", f"give -{most:g} to {most:g} um (1/{part} of the module)")
     if gear.teeth != int(gear.teeth):
         yield Fault("teeth", f"is {gear.teeth:g}", "give a whole number")
 

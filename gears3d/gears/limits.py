@@ -371,7 +371,7 @@ def _refuse_steepness(pair: Meshing, which: str, flank: str, steep: float) -> No
 
 
 def _check_profiles(pair: Meshing, steep: dict[tuple[str, str], float]) -> None:
-    """Refuse deviations of profiles with which a flank would fold between the start of its active profile and tip."""
+    """Refuse deviations of profiles with which a flank would not be convex from the start of its active profile on."""
     if not any(isinstance(each, ProfileSlope | ProfileWave) for each in pair.deviations):
         return
     from gears3d.gears.flank import (
@@ -395,10 +395,18 @@ def _check_profiles(pair: Meshing, steep: dict[tuple[str, str], float]) -> None:
             raise InputError(
                 Fault(
                     f"{which}.{name}",
-                    f"bends the {flank} flanks back on themselves, with what else deviates there: no regular flank",
-                    f"give at most {low:.2g} of these amounts" if low else "leave it out",
+                    f"makes the {flank} flanks hollow, with what else deviates there: flanks must stay convex",
+                    _less(name, low),
                 )
             )
+
+
+def _less(name: str, share: float) -> str:
+    """Return the remedy for a deviation of profiles of which a share would leave the flank convex."""
+    if not share:
+        return "leave it out"
+    fewer = f", or {share**0.5:.2g} of the waves" if name == "profile_wave" else ""
+    return f"give at most {share:.2g} of these amounts{fewer}"
 
 
 def _least_turn(flanks: Flanks, gear: int, flank: int, sizes: tuple[float, float]) -> float:

@@ -150,6 +150,9 @@ class GearCommon(Table):
     )
     lead_crowning: float = key("length", "taken off both ends of the face, by a parabola", "0 um")
     helix_slope: float = key("length", "material added to the active flanks from the end at -z to that at +z", "0 um")
+    thickness_allowance: float = key(
+        "length", "added to the normal tooth thickness at the reference circle, negative for backlash (A_sn)", "0 um"
+    )
     bore: float | None = _positive("length", "diameter of the hole along the axis", None)
     rim: float | None = _positive("length", "thickness of the rim below the root circle; needs web", None)
     web: float | None = _positive("length", "thickness of the web between rim and hub; needs rim", None)

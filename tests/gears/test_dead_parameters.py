@@ -119,6 +119,7 @@ GEAR = {
     "hub": by_volume({"hub": 0.016}, replace(BASE, rim=4e-3, web=2e-3)),
     "lead_crowning": lead({"lead_crowning": 9e-6}, (-9e-6, 9e-6)),
     "helix_slope": lead({"helix_slope": 8e-6}, (4e-6, 4e-6)),
+    "thickness_allowance": by_volume({"thickness_allowance": -60e-6}),
 }
 
 

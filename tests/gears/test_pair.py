@@ -1,5 +1,6 @@
 """Gears and pairs as data: ISO 21771 relations, the published rig, and what is refused."""
 
+from dataclasses import replace
 from math import acos, cos, pi, radians, sin, tan
 
 import pytest
@@ -7,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gears3d.errors import InputError
-from gears3d.gears import Gear, HarmonicDeviation, Pair, ToothDeviation, inv, inverse_inv
+from gears3d.gears import Gear, HarmonicDeviation, Pair, ToothDeviation, data_sheet, inv, inverse_inv
 from gears3d.gears.limits import clearance
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
@@ -168,3 +169,20 @@ def test_tip_and_undercut_radii_of_a_standard_gear():
     assert gear.tip_radius == pytest.approx(27e-3, rel=1e-14)
     assert gear.root_radius == pytest.approx(22.5e-3, rel=1e-14)
     assert gear.tip_roll == pytest.approx(tan(acos(gear.base_radius / gear.tip_radius)), rel=1e-12)
+
+
+@pytest.mark.parametrize("beta", [0.0, radians(18)])
+def test_thickness_allowances_give_the_backlash_and_each_gear_its_own_teeth(beta):
+    """ISO 21771: j_bt grows by both allowances, taken along the base circle."""
+    plain = [Gear(1.75e-3, z, helix_angle=beta, face_width=14e-3) for z in (23, 41)]
+    distance = sum(gear.reference_radius for gear in plain) + 10e-6
+    full = Pair.from_centre_distance(*plain, distance)
+    thin = [replace(gear, thickness_allowance=size) for gear, size in zip(plain, (-14e-6, -48e-6), strict=True)]
+    pair = Pair.from_centre_distance(*thin, distance)
+    lead = cos(plain[0].transverse_pressure_angle) / cos(beta)
+    assert pair.backlash - full.backlash == pytest.approx(62e-6 * lead, rel=1e-9)
+    assert pair.thinning == 0.0
+    thick, thinned = ({q.symbol: q.values for q in data_sheet(one)}["s_n"] for one in (full, pair))
+    assert [b - a for a, b in zip(thick, thinned, strict=True)] == pytest.approx([-14e-6, -48e-6], rel=1e-9)
+    with pytest.raises(InputError, match=r"thickness_allowance: is -400 um \(give -350 to 350 um"):
+        replace(plain[0], thickness_allowance=-400e-6)

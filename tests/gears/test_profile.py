@@ -365,7 +365,7 @@ def test_gap_in_any_pose_keeps_to_the_deviating_curve():
         ),
         (
             lambda: PAIR.with_deviations(ProfileWave("drive", "active", 5e-6, 12.0)),
-            r"drive.profile_wave: bends the active flanks back on themselves.*give at most 0\.\d+ of these",
+            r"drive.profile_wave: makes the active flanks hollow.*give at most 0\.\d+ of these",
         ),
         (
             lambda: PAIR.with_deviations(HelixSlope("drive", "active", 300e-6), HelixSlope("drive", "reverse", 300e-6)),
