@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
 
 Array = NDArray[np.float64]
-# A step that makes a place count as found [m]: at slope discontinuities a thousandth of it is left.
-_SETTLED = 1e-11
+_SETTLED = 1e-14  # A step that makes a place count as found [m]
 _ROUNDING = 2.3e-16
 _OFF = 1e-12  # Gap that may be left at a place [m]
 _STRIDE = 0.25  # Longest step, in base pitches
