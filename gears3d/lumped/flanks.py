@@ -27,6 +27,7 @@ DEGREE = 7
 NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 CHECKS = 0.5 * (NODES[1:] + NODES[:-1]) + np.array([0.011, -0.017, 0.019, 0.005, -0.013, 0.017, -0.007])
 JUMP = 1e4  # change over the shortest piece that only a jump makes, not a slope discontinuity, in accuracies
+CLOSER = (1.0, 0.03, 1e-3)  # parts of the first width beside which slope discontinuities are looked for
 NOUGHT = 2e-15  # displacement that is rounding [m]
 MOST = 1_000_000  # so many spans at once are noise, not slope discontinuities
 _AMONG = np.argsort(np.concatenate([NODES, CHECKS]))
@@ -50,8 +51,10 @@ def fit(function: Callable[[Array], Array], edges: Array, accuracy: float, narro
     """
     spans = np.stack([edges[:-1], edges[1:]], 1)
     coarse = 0.004 * float(np.median(spans[:, 1] - spans[:, 0]))
-    done, left = _divide(function, spans, accuracy, coarse)
-    done, left = _corners(function, done, left, accuracy, narrow)
+    done, left = np.zeros((0, DEGREE + 3)), spans
+    for part in CLOSER:  # short polynomials beside a discontinuity are accurate up to where they intersect
+        more, left = _divide(function, left, accuracy, part * coarse)
+        done, left = _corners(function, np.concatenate([done, more]), left, accuracy, narrow)
     more, rest = _divide(function, left, accuracy, narrow)
     jump = np.abs(np.sum(rest[:, 3:] * (rest[:, 1:2] - rest[:, :1]) ** np.arange(1, DEGREE + 1), axis=1))
     if (jump > JUMP * accuracy).any():
