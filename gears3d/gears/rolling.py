@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
 
 Array = NDArray[np.float64]
-_SETTLED = 1e-14  # A step that makes a place count as found [m]
+# A step that makes a place count as found [m], as rounding allows: times of parting at zero curvature depend on it.
+_SETTLED = 1e-15
 _ROUNDING = 2.3e-16
 _OFF = 1e-12  # Gap that may be left at a place [m]
 _STRIDE = 0.25  # Longest step, in base pitches

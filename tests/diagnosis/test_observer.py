@@ -44,7 +44,7 @@ def test_nothing_is_seen_of_a_flank_that_is_not_reached(tmp_path):
 
 
 def test_what_windows_do_not_show_is_not_judged(tmp_path):
-    plan = Case("below", 3, ("mesh_drag",), (("noise", 0.003), ("duration", 4.0)), "below").plan()
+    plan = Case("below", 3, ("drive_motion",), (("noise", 0.003), ("duration", 4.0)), "below").plan()
     hide(plan, tmp_path)
-    assert sees(records(tmp_path), plan) == {"mesh_drag": None}
+    assert sees(records(tmp_path), plan) == {"drive_motion": None}
     assert observer.seen(records(tmp_path), [], None) == {}

@@ -16,7 +16,8 @@ def test_impulses_pay_the_friction_and_the_motion_stays(model):
     ratio = rough.impacts["impulse_N_s"] / plain.impacts["impulse_N_s"]
     expected = np.where(plain.impacts["flank"] == 0, 1 / 0.9, 1 / 1.1)
     assert set(plain.impacts["flank"]) == {0, 1}
-    assert ratio == pytest.approx(expected, rel=1e-9)
+    rounded = 1e-12 / np.abs(plain.impacts["velocity_m_s"])  # speeds of either run, the slowest 0.3 mm/s
+    assert np.all(np.abs(ratio / expected - 1.0) < 1e-9 + rounded)
 
 
 @pytest.mark.parametrize("model", MODELS)

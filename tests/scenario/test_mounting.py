@@ -91,13 +91,13 @@ def test_uncertainties_of_offsets_are_read():
         (
             {"gears.profile_wave": {"amplitude": "5 um", "waves": 12}},
             "gears.profile_wave",
-            "no regular flank",
+            "flanks hollow",
             "at most 0.",
         ),
         (
             {"gears.loose.profile_wave": {"amplitude": "5 um", "waves": 12}},
             "gears.loose.profile_wave",
-            "no regular flank",
+            "flanks hollow",
             "at most 0.",
         ),
         (
