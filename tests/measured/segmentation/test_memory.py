@@ -14,7 +14,7 @@ from pyarrow import csv
 from tests.measured.segmentation.truth import FIG5, happened, seen
 
 SIZE = 300e6
-RIG = str(Path(__file__).resolve().parents[2] / FIG5)
+RIG = str(Path(__file__).resolve().parents[3] / FIG5)
 MEASURE = """
 import re, sys
 from pathlib import Path
