@@ -236,9 +236,7 @@ def parameters(cause: Cause, covariance: Array, unsure: float = 0.0) -> dict[str
     numbers, units = cause.numbers, _units(effect)
     name = cause.candidate.size
     errs = MODEL
-    if (
-        effect.kind == "tooth_compliance"
-    ):  # the path errs by that part of the backlash, of which stiff teeth yield little
+    if effect.kind == "tooth_compliance":  # MODEL is of the backlash, and stiff teeth yield little of it
         errs *= float(np.sqrt(2.0 * max(numbers[0] / cause.candidate.unit, 0.5)))
     if cause.candidate.phased:
         size = float(np.hypot(*numbers[:2]))
