@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, added, begin, residuals
-from gears3d.diagnosis.evidence import evidence
+from gears3d.diagnosis.evidence import evidence, uncut
 from gears3d.diagnosis.heldout import (
     contact_stretches,
     drive_start,
@@ -155,3 +155,10 @@ def test_contacts_in_which_a_cause_shows_are_among_those_that_are_predicted():
     plain, asked = thinned(own), thinned(own, [effect])
     assert len(asked.channels.contacts.time) >= len(plain.channels.contacts.time)
     assert np.ptp(added(asked, [effect], "contact")) > 10.0
+
+
+def test_records_that_are_not_segmented_leave_a_reason():
+    rig, cause = load(BENCH), Candidate("drag_coulomb", {}, "torque", 1.0, False, ("flight", "loss"))
+    found = engine_check([uncut(rig, "r.parquet")], [begin(cause, np.array([0.1]))])
+    assert not found.splits
+    assert "no record could be segmented" in found.why
