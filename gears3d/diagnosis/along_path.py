@@ -44,8 +44,8 @@ if TYPE_CHECKING:
 Array = np.ndarray
 LEAVES, BEYOND = 0.5, 0.01
 """Part of the path's chi-square beyond noise that causes may leave at most, and where they leave more than what noise
-that is known badly may come to: a tenth of the error. Five wrong causes left 8 % of it in records of a model with springs
-for teeth, the right one less than noise."""
+that is known badly may come to: a tenth of the error. Five wrong causes left 8 % of it in records of a model with
+springs for teeth, the right one less than noise."""
 FAINT = ("mesh_drag",)
 """Causes that are felt only where a flank is left: the moments of that show what the path hardly does."""
 UNSEEN = ("drive_motion",)
