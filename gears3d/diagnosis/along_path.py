@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.acceptance import ACCEPT_PATH, SMALLEST
 from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit
 from gears3d.diagnosis.datums import settled, turn
@@ -16,7 +17,6 @@ from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.hypotheses import Rival
 from gears3d.diagnosis.path_fit import (
-    ACCEPT,
     ACCOUNTS,
     BODY,
     EXCLUDED,
@@ -24,7 +24,6 @@ from gears3d.diagnosis.path_fit import (
     OIL,
     RUB,
     SCATTER,
-    SMALLEST,
     SOFT,
     effects_of,
 )
@@ -204,7 +203,7 @@ class AlongPath(NamedTuple):
     def denies_scatter(self, value: float) -> bool:
         """Return whether the path, which is that of the rig as it is, does not show a scatter of the restitution."""
         own = Candidate(SCATTER, {}, "standard_deviation", 1.0, False, ())
-        return self.agrees and promised(self.windows, begin(own, np.array([value]))) < ACCEPT
+        return self.agrees and promised(self.windows, begin(own, np.array([value]))) < ACCEPT_PATH
 
     def _off(self, records: Sequence[Evidence], causes: Sequence[Cause], seen: Against | None) -> dict[int, bool]:
         """Return which causes the path gives another size, or leaves it as far off with."""

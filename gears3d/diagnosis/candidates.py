@@ -13,8 +13,6 @@ from gears3d.diagnosis.prediction import CHANNELS, added, residuals
 from gears3d.effects import Rig, catalogue
 
 Array = np.ndarray
-# Threshold Δχ² of a cause: false alarm probability 0.03 % over a thousand candidates of two numbers.
-ACCEPT = 30.0
 # Channels in which effects show, by their place.
 SHOWS = {
     "geometry": ("contact",),

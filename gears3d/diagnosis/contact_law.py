@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import ACCEPT, Candidate, candidates
+from gears3d.diagnosis.acceptance import ACCEPT
+from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.contact_episodes import (
     LAW_CHANNELS,

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.acceptance import ACCEPT_PATH, LARGEST, SMALLEST
 from gears3d.diagnosis.cause import Cause, moved, swings
 from gears3d.diagnosis.datums import goes_by, order_of, reference
 from gears3d.diagnosis.prediction import GEARS
@@ -31,10 +32,6 @@ at most; by how much less its frequency moves in a round than other numbers."""
 SWAYED = 0.006
 """Relative standard deviation of inertia and stiffness of a carried body by errors of the model: in ten blind tests
 whose own intervals were narrower, the first was off by up to 0.5 %, the second by up to 1.1 %."""
-ACCEPT = 40.0
-"""Fall of chi-square over its level that a cause must bring: by chance, among three thousand numbers, in 1e-6."""
-SMALLEST, LARGEST = 0.01, 3.0
-"""Sizes in units between which a cause is one: smaller ones come from how the drive's motion is smoothed."""
 BENT, LEAST = 0.02, 0.1
 """Part of the size by which columns of these are taken, and the least size of that, in units."""
 EXCLUDED = 16.0
@@ -470,7 +467,7 @@ def scanned(windows: Windows, now: State) -> State:
                 rest = settled(windows, effects, windows.residuals(effects))
                 tried = state_of(windows, causes, rest)
                 # of residuals as they are: the drive's part is known of polished states alone
-                if fall_of(windows, (better or now).rest, tried.rest)[0] > ACCEPT:
+                if fall_of(windows, (better or now).rest, tried.rest)[0] > ACCEPT_PATH:
                     better = tried
         if better is None or not SMALLEST < size_of(windows, better.causes[-1]) < LARGEST:
             break

@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.acceptance import ACCEPT_PATH, LARGEST, SMALLEST
 from gears3d.diagnosis.cause import begin
 from gears3d.diagnosis.datums import Phases, goes_by, one_size, order_of, reference, worth_of
 from gears3d.diagnosis.path_fit import (
-    ACCEPT,
-    LARGEST,
     LAWS,
     RUB,
     SCATTER,
-    SMALLEST,
     SQUARED,
     State,
     columns_of,
@@ -58,7 +56,7 @@ class Score(NamedTuple):
 
 
 def scores_of(
-    windows: Windows, known: Sequence[Candidate], now: State, least: float = ACCEPT, place: int | None = None
+    windows: Windows, known: Sequence[Candidate], now: State, least: float = ACCEPT_PATH, place: int | None = None
 ) -> tuple[list[Score], float]:
     """Return what each candidate promises, most first, and the level of the residuals, without what promises less.
 

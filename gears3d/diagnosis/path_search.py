@@ -13,21 +13,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.acceptance import ACCEPT_PATH, LARGEST, SMALLEST
 from gears3d.diagnosis.candidates import FREE, price
 from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.path_fit import (
-    ACCEPT,
     ACCOUNTS,
     BODY,
     EXCLUDED,
     FAR,
     FARTHEST,
-    LARGEST,
     LAWS,
     OIL,
     ROUNDS,
     SCATTER,
-    SMALLEST,
     SOFT,
     State,
     by_drive,
@@ -274,10 +272,10 @@ def _seen(windows: Windows, known: Sequence[Candidate], found: State, covariance
     plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*FREE, *LAWS, SCATTER)]
     there, at = {}, 0
     for one in found.causes:
-        there[one.candidate.kind] = float(np.sqrt(ACCEPT * covariance[at, at])) / one.candidate.unit
+        there[one.candidate.kind] = float(np.sqrt(ACCEPT_PATH * covariance[at, at])) / one.candidate.unit
         at += len(one.numbers)
     scores, level = scores_of(windows, [one for one in plain if one.kind not in there], found, -np.inf)
-    sizes = {one.candidate.kind: float(np.sqrt(ACCEPT * level / one.worth)) for one in scores if one.worth > 0.0}
+    sizes = {one.candidate.kind: float(np.sqrt(ACCEPT_PATH * level / one.worth)) for one in scores if one.worth > 0.0}
     kinds = {one.kind for one in plain}
     return {kind: size for kind, size in {**sizes, **there}.items() if size < LARGEST and kind in kinds}
 
@@ -320,7 +318,7 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
 def _swinging(windows: Windows, known: Sequence[Candidate], turns: Sequence[float], base: State) -> State:
     """Return a state with a body on a spring, where it explains most of the path; arguments as below."""
     few, _, first = _sampled(windows, base)
-    tries = [_whole(windows, base, few, one) for one in _carrying(few, known, turns, first, first, ACCEPT)]
+    tries = [_whole(windows, base, few, one) for one in _carrying(few, known, turns, first, first, ACCEPT_PATH)]
     tries = [one for one in tries if _taken(windows, base, base, one)]
     restore(windows, base)
     best = _simplest(windows, base, tries)
@@ -376,7 +374,7 @@ def _added(
         told(number / ROUNDS)
         few, mine, first = _sampled(windows, now)
         tries = _tries(windows, few, known, first, now)
-        enough = ACCEPT * len(few) / len(windows)
+        enough = ACCEPT_PATH * len(few) / len(windows)
         if tries:
             least = max(enough, SAME * max(gain_of(few, first, one)[0] for one in tries))
             root = _part(few, mine, base)
@@ -474,7 +472,7 @@ def _pays(windows: Windows, base: State, less: State, more: State) -> bool:
     Where residuals are noise with it, errors of the model do not count.
     """
     gain, sure = gain_of(windows, less, more)
-    if gain <= ACCEPT or sure <= min(STEADY, EVEN * float(np.sqrt(gain))):
+    if gain <= ACCEPT_PATH or sure <= min(STEADY, EVEN * float(np.sqrt(gain))):
         return False
     return float(np.median(windows.level(more.rest))) < NOISE or gain > ERRS * gain_of(windows, base, more)[0]
 
@@ -635,7 +633,7 @@ def _fits(
     """Return the best candidates of each kind, fitted together with the causes, best first; arguments as above."""
     restore(windows, now)
     scores, level = scores_of(windows, known, now, place=place)
-    able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT * level]
+    able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT_PATH * level]
     there = {(one.candidate.kind, str(one.candidate.shape)) for one in now.causes}
     causes = first.causes if place is None else _without(first, place).causes
     most = FITTED[1 if any(one.candidate.kind in LAWS for one in causes) else 0]

@@ -7,7 +7,7 @@ from math import pi
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import ACCEPT
+from gears3d.diagnosis.acceptance import ACCEPT
 from gears3d.diagnosis.cause import Cause, contribution, fit, slopes_of
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.acceptance import acceptable, is_accepted
 from gears3d.diagnosis.candidates import (
-    ACCEPT,
     FREE,
     Candidate,
     Regressors,
@@ -44,7 +44,6 @@ from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import (
     CHANNELS,
     GEARS,
-    added,
     deceleration_response,
     parts_of,
     project_out,
@@ -53,22 +52,13 @@ from gears3d.diagnosis.prediction import (
 from gears3d.diagnosis.restitution_scatter import FEWEST, with_own_noise
 
 Array = np.ndarray
-# Size in units of its channel below which a cause is ignored: errors of segmentation have this size.
-SMALLEST = 0.01
-# Size in units above which a cause is rejected: it compensates another. The drive's motion is measured as such, and may
-# be of any size.
-LARGEST = 3.0
 # Ratio to the median contact error of a record above which one does not agree with the others.
 INCONSISTENT = 5.0
 # Residuals from the strongest cause, in standard deviations, beyond which points of contact and impacts are excluded,
 # in turn.
 FAR = (100.0, 30.0, 12.0, 7.0)
-# Expected chi-square gain of a cause in a record above which its absence there counts.
-EXPECTED_GAIN = 10.0
 # Maximum number of causes.
 MOST_CAUSES = 5
-# Torques with a fitted shape: another of the kind would only compensate the residual of the first.
-ONCE = ("drag_power", "drag_drift", "drag_differential")
 # Chi-square that a parameter must gain against a competing hypothesis with fewer parameters.
 PRICE = 8.0
 # Number of candidates that are fitted in each round.
@@ -151,7 +141,7 @@ def in_own_channels(found: Search, kinds: Sequence[str]) -> list[Cause]:
     none: dict[str, float] = dict.fromkeys(("drive", "loose", ""), 0.0)
     now = begun = found.fit
     while len(now.causes) < len(begun.causes) + MOST_CAUSES:
-        able = _able(score(known, now.rest, directions(found.records, now)), none, now.causes)
+        able = acceptable(score(known, now.rest, directions(found.records, now)), none, now.causes)
         if not able:
             break
         now = fit(found.records, found.base, [*now.causes, begin(able[0].candidate, able[0].units)], 8)
@@ -199,7 +189,7 @@ def _search(
     more = {gear: parameter_penalty(records, gear) for gear in ("drive", "loose", "")}
     now = fit(records, base, first)
     left = score(known, now.rest, directions(records, now))
-    while len(now.causes) < most and (able := _able(left, more, now.causes)):
+    while len(now.causes) < most and (able := acceptable(left, more, now.causes)):
         best = _best(records, base, now, able, more)
         if not best.causes[-1].possible:
             break
@@ -214,31 +204,7 @@ def next_cause(found: Search) -> Scored | None:
     """Return the next cause that a search would accept; ``None`` if no candidate gains enough."""
     more = {gear: parameter_penalty(found.records, gear) for gear in ("drive", "loose", "")}
     left = score(found.known, found.fit.rest, directions(found.records, found.fit))
-    return next(iter(_able(left, more, found.fit.causes)), None)
-
-
-def _able(left: list[Scored], more: dict[str, float], causes: Sequence[Cause] = ()) -> list[Scored]:
-    """Return the candidates that gain enough at a relevant size, largest gain first.
-
-    If a candidate that is too small gains more in the same channel, it is the cause, and others only resemble it. An
-    accepted cause is not added again: its residual does not have its form.
-    """
-    able, small = [], set()
-    there = [(one.candidate.kind, one.candidate.shape) for one in causes if not FREE.get(one.candidate.kind)]
-    once = {one.candidate.kind for one in causes if one.candidate.kind in ONCE}
-    for one in left:
-        if one.gain <= ACCEPT:
-            break
-        if (one.candidate.kind, one.candidate.shape) in there or one.candidate.kind in once:
-            continue
-        if one.gain <= ACCEPT + more[goes_by(one.candidate)]:
-            continue
-        size = float(np.hypot.reduce(one.units))
-        if size <= SMALLEST:
-            small |= set(one.candidate.channels)
-        elif size < _largest(one.candidate) and not small & set(one.candidate.channels):
-            able.append(one)
-    return able
+    return next(iter(acceptable(left, more, found.fit.causes)), None)
 
 
 def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored], more: dict[str, float]) -> Fit:
@@ -279,37 +245,11 @@ def _pruned(records: Sequence[Evidence], base: Array, now: Fit, more: dict[str, 
     k = 0
     while k < len(now.causes):
         less = fit(records, base, now.causes[:k] + now.causes[k + 1 :])
-        least = ACCEPT + more[goes_by(now.causes[k].candidate)]
-        if less.chi2 - now.chi2 < least or not _everywhere(records, now.causes[k], less.rest, now.rest):
-            now, k = less, 0
-        else:
+        if is_accepted(records, now.causes[k], less, now, more):
             k += 1
+        else:
+            now, k = less, 0
     return now
-
-
-def _everywhere(records: Sequence[Evidence], cause: Cause, without: Array, rest: Array) -> bool:
-    """Whether a cause gains in most of the records in which it should show, not in one poorly segmented record only.
-
-    without, rest: residuals without and with it, (n,).
-    """
-    if not _within(cause):
-        return False
-    owner = [np.full(len(added(one, (), name)), k) for name in CHANNELS for k, one in enumerate(records)]
-    expected = np.bincount(np.concatenate(owner), (without - rest) ** 2, len(records))
-    gained = np.bincount(np.concatenate(owner), without**2 - rest**2, len(records))
-    asked = expected > EXPECTED_GAIN
-    return bool(np.sum(gained[asked] > 0.25 * expected[asked]) > 0.5 * np.sum(asked)) or not np.any(asked)
-
-
-def _within(cause: Cause) -> bool:
-    """Whether the size of a cause is possible for a rig."""
-    sizes = 2 if cause.candidate.phased else 1
-    size = float(np.hypot.reduce(cause.numbers[:sizes])) / cause.candidate.unit
-    return SMALLEST / 2.0 < size < _largest(cause.candidate) and cause.possible
-
-
-def _largest(one: Candidate) -> float:
-    return np.inf if one.kind == "drive_motion" else LARGEST
 
 
 def directions(records: Sequence[Evidence], now: Fit) -> Array | None:

@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import ACCEPT, Regressors
+from gears3d.diagnosis.acceptance import ACCEPT, LARGEST, SMALLEST
+from gears3d.diagnosis.candidates import Regressors
 from gears3d.diagnosis.cause import Cause, fit, parameters, significance, swings, table
 from gears3d.diagnosis.contact_law import ContactLawFit
 from gears3d.diagnosis.datums import reference_record
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.hypotheses import Rival
-from gears3d.diagnosis.path_fit import BODY, EXCLUDED, LARGEST
+from gears3d.diagnosis.path_fit import BODY, EXCLUDED
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pitch_error import ShortTooth
 from gears3d.diagnosis.precision import covariance
@@ -23,7 +24,7 @@ from gears3d.diagnosis.prediction import rms_of
 from gears3d.diagnosis.residual_patterns import Structure
 from gears3d.diagnosis.residual_tests import channel_of
 from gears3d.diagnosis.restitution_scatter import Scatter
-from gears3d.diagnosis.search import SMALLEST, Search
+from gears3d.diagnosis.search import Search
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.units import FAMILIES, show

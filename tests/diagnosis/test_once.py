@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, begin
+from gears3d.diagnosis.acceptance import ONCE, acceptable
 from gears3d.diagnosis.candidates import Scored
-from gears3d.diagnosis.search import ONCE, _able
 
 SHAPES = {"drag_power": ("coefficient", "exponent", 2.0), "drag_drift": ("relative_change", "time_constant", 3.0),
           "drag_differential": ("coefficient", "shaft_speed", 10.0)}  # fmt: skip
@@ -22,5 +22,5 @@ def torque(kind, times=1.0):
 def test_no_torque_with_a_shape_is_taken_twice(kind):
     causes = [begin(torque(kind), np.array([0.3]))]
     left = [Scored(torque(each, 2.0), 1000.0, np.array([0.2]), np.array([1e-3])) for each in (*ONCE, "drag_coulomb")]
-    assert {one.candidate.kind for one in _able(left, MORE, causes)} == {*ONCE, "drag_coulomb"} - {kind}
-    assert {one.candidate.kind for one in _able(left, MORE)} == {*ONCE, "drag_coulomb"}
+    assert {one.candidate.kind for one in acceptable(left, MORE, causes)} == {*ONCE, "drag_coulomb"} - {kind}
+    assert {one.candidate.kind for one in acceptable(left, MORE)} == {*ONCE, "drag_coulomb"}

@@ -6,23 +6,16 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, Contacts, Drive, begin, uncut
+from gears3d.diagnosis.acceptance import ACCEPT, acceptable, has_possible_size, is_accepted
 from gears3d.diagnosis.candidates import Scored
-from gears3d.diagnosis.cause import fit
-from gears3d.diagnosis.search import (
-    _able,
-    _base,
-    _everywhere,
-    _held,
-    _within,
-    badly_segmented,
-    search,
-    without_outliers,
-)
+from gears3d.diagnosis.cause import Fit, fit
+from gears3d.diagnosis.search import _base, _held, badly_segmented, search, without_outliers
 from gears3d.scenario import load
 
 SIZE, NOISE = 2e-5, 5e-7
 WAVE = Candidate("transmission_error", {"gear": "drive", "order": 3, "flank": "both"}, "amplitude", 1e-4, True,
                  ("contact",))  # fmt: skip
+MORE = {"drive": 0.0, "loose": 0.0, "": 0.0}
 
 
 def _records(wrong=0.0, count=5, points=600, far=2e-3):
@@ -75,21 +68,23 @@ def test_a_cause_beside_one_that_is_like_it_still_shows_in_every_record():
     records = _records()
     alone = _found(records)
     nothing = fit(records, _base(records), ())
-    assert _everywhere(records, alone.causes[0], nothing.rest, alone.rest)
+    assert is_accepted(records, alone.causes[0], nothing, alone, MORE)
     numbers = np.array([5.0, 0.0]) * SIZE
     large = begin(WAVE, numbers / WAVE.unit)
-    assert _everywhere(records, large, nothing.rest, alone.rest)
+    assert is_accepted(records, large, nothing, alone, MORE)
 
 
 def test_a_cause_that_gains_in_one_record_alone_is_none():
     records = _records()
-    base = _base(records)
+    nothing = fit(records, _base(records), ())
     cause = begin(WAVE, np.array([0.2, 0.0]))
     cuts = np.cumsum([len(one.channels.contacts.time) for one in records])
-    rest = base.copy()
-    rest[: cuts[3]] *= 1.2
+    rest = nothing.rest.copy()
+    rest[: cuts[3]] *= 1.01
     rest[cuts[3] : cuts[4]] *= 0.1
-    assert not _everywhere(records, cause, base, rest)
+    alone = Fit((cause,), float(rest @ rest), np.eye(2), rest)
+    assert nothing.chi2 - alone.chi2 > ACCEPT
+    assert not is_accepted(records, cause, nothing, alone, MORE)
 
 
 def test_a_record_cut_badly_is_left_out_as_a_whole_where_it_agrees_with_no_other():
@@ -116,8 +111,8 @@ def test_a_drag_that_drives_is_no_cause_however_well_it_fits(kind):
     drag = Candidate(kind, {}, "coefficient", 1e-3, False, ("flight", "loss"))
     assert begin(drag, np.array([0.3])).possible
     assert not begin(drag, np.array([-0.3])).possible
-    assert _within(begin(drag, np.array([0.3])))
-    assert not _within(begin(drag, np.array([-0.3])))
+    assert has_possible_size(begin(drag, np.array([0.3])))
+    assert not has_possible_size(begin(drag, np.array([-0.3])))
     assert not begin(drag, np.array([0.0])).possible  # nothing at all
 
 
@@ -125,7 +120,6 @@ def test_a_cause_that_is_there_is_no_candidate_any_more():
     drag = Candidate("mesh_drag", {}, "coefficient", 1.0, False, ("loss",))
     other = WAVE._replace(shape={**WAVE.shape, "order": 4})
     left = [Scored(one, 1e4, np.array([0.3]), np.array([0.01])) for one in (drag, WAVE, other)]
-    dear = {"drive": 0.0, "loose": 0.0, "": 0.0}
-    assert [one.candidate for one in _able(left, dear)] == [drag, WAVE, other]
+    assert [one.candidate for one in acceptable(left, MORE)] == [drag, WAVE, other]
     there = [begin(drag, np.array([0.1])), begin(WAVE, np.array([0.1, 0.0]))]
-    assert [one.candidate for one in _able(left, dear, there)] == [other]
+    assert [one.candidate for one in acceptable(left, MORE, there)] == [other]

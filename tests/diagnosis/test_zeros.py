@@ -119,7 +119,7 @@ def test_phases_cost_freedom(record):
     """Five records with a phase each must gain what chance gives six numbers as seldom as two the usual gain."""
     from scipy.stats import chi2
 
-    from gears3d.diagnosis.candidates import ACCEPT
+    from gears3d.diagnosis.acceptance import ACCEPT
     from gears3d.diagnosis.datums import parameter_penalty
 
     more = parameter_penalty([record] * 5, "loose")
