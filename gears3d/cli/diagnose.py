@@ -161,9 +161,12 @@ def print_diagnosis(found: Diagnosis) -> None:
         kinds = ", ".join(one.kind for one in found.suspects)
         console.print(f"candidate causes with insufficient data: {kinds}")
     for k, cause in enumerate(found.causes, 1):
-        console.print(f"{k}. [bold]{escape(cause.kind)}[/] ({escape(cause.place)})")
+        chance = f"probability {cause.probability:.2f}"
+        console.print(f"{k}. [bold]{escape(cause.kind)}[/] ({escape(cause.place)}), {chance}")
         for line in _cause_lines(cause):
             console.print(f"     {escape(line)}")
+    for one in found.posterior:
+        console.print(f"probability {one.probability:.3f}: {escape(one.text)}")
     for line in _limits(found, told):
         console.print(escape(line))
 

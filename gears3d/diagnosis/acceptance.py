@@ -27,6 +27,11 @@ SMALLEST = 0.01
 # Size in units above which a cause is rejected: it compensates another. The drive's motion is measured as such, and may
 # be of any size.
 LARGEST = 3.0
+# Chi-square over its level by which a competing hypothesis must be worse to be excluded: four standard deviations.
+EXCLUDED = 16.0
+# Part of what all causes explain that a model of them may err by: 0.3 % of the path, to which sizes come true in
+# records without noise. A cause must gain more, and a hypothesis is excluded only if it is worse by more.
+MODEL_ERROR = 1e-5
 # Torques with a fitted shape: another of the kind would only compensate the residual of the first.
 ONCE = ("drag_power", "drag_drift", "drag_differential")
 # Expected chi-square gain of a cause in a record above which its absence there counts.
@@ -73,6 +78,14 @@ def is_accepted(records: Sequence[Evidence], cause: Cause, less: Fit, now: Fit, 
     gained = np.bincount(np.concatenate(owner), less.rest**2 - now.rest**2, len(records))
     asked = expected > EXPECTED_GAIN
     return bool(np.sum(gained[asked] > 0.25 * expected[asked]) > 0.5 * np.sum(asked)) or not np.any(asked)
+
+
+def excluding(gain: float) -> float:
+    """Return the chi-square over its level by which a hypothesis must be worse to be excluded.
+
+    gain: what the better one explains, over its level.
+    """
+    return max(EXCLUDED, MODEL_ERROR * gain)
 
 
 def has_possible_size(cause: Cause) -> bool:

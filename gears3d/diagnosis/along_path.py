@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT_PATH, SMALLEST
+from gears3d.diagnosis.acceptance import ACCEPT_PATH, EXCLUDED, SMALLEST, excluding
 from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit
 from gears3d.diagnosis.datums import settled, turn
@@ -19,7 +19,6 @@ from gears3d.diagnosis.hypotheses import Rival
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     BODY,
-    EXCLUDED,
     LAWS,
     OIL,
     RUB,
@@ -148,7 +147,7 @@ class AlongPath(NamedTuple):
 
     def found(self) -> tuple[Search, list[list[Rival]]]:
         """Return the causes as a search has them, and what is not excluded in the place of each."""
-        told = _rivals(self.path)
+        told = [list(own) for own in self.path.others]
         if not self.records:
             found = blind(self.others)
             now = Fit(self.path.causes, 0.0, self.path.covariance, found.base)
@@ -313,14 +312,10 @@ def along_path(
     return found
 
 
-def _rivals(path: Path) -> list[list[Rival]]:
-    """Return what was tried in the place of each cause."""
-    made = [[Rival((one,), worse, excluded) for one, worse, excluded in own] for own in path.others]
-    return [sorted(own, key=lambda one: one.worse) for own in made]
-
-
 def _told_apart(found: Search, causes: Sequence[Cause], told: list[list[Rival]]) -> list[Cause]:
     """Return causes of which channels, that hold all of the records, tell those apart that windows do not.
+
+    Channels that do not see a cause which the path shows do not decide on it: records were cut by flanks without it.
 
     Args:
         found: without causes, or with them.
@@ -335,17 +330,22 @@ def _told_apart(found: Search, causes: Sequence[Cause], told: list[list[Rival]])
         best = min(open_, key=lambda j: tried[j].chi2, default=None)
         none = fit(found.records, found.base, [*causes[:k], *causes[k + 1 :]]).chi2
         level = min([now.chi2, *(tried[j].chi2 for j in open_)]) / max(len(now.rest), 1)
-        if level > AGREE:
+        if level > AGREE or none - now.chi2 < EXCLUDED * level:
             continue
         level = max(level, 1.0)
-        least, instead = now.chi2, causes[k]
-        if best is not None and tried[best].chi2 < min(now.chi2, none) - EXCLUDED * level:
-            least, causes[k] = tried[best].chi2, tried[best].causes[k]
-        worse = [each.chi2 - least for each in tried]
-        marked = [one._replace(worse=max(one.worse, off), excluded=one.excluded or off > EXCLUDED * level)
-                  for one, off in zip(own, worse, strict=True)]  # fmt: skip
+        chi2, instead = now.chi2, causes[k]
+        least = excluding((none - min([chi2, *(tried[j].chi2 for j in open_)])) / level)
+        if best is not None and tried[best].chi2 < min(chi2, none) - least * level:
+            chi2, causes[k] = tried[best].chi2, tried[best].causes[k]
+        worse = [(each.chi2 - chi2) / level for each in tried]
+        marked = [
+            one._replace(worse=max(one.worse, off), excluded=one.excluded or off > least,
+                         odds=max(one.odds, EXCLUDED * off / least))
+            for one, off in zip(own, worse, strict=True)
+        ]  # fmt: skip
         if best is not None and causes[k] is not instead:
-            marked[best] = Rival((instead,), now.chi2 - least, True)
+            off = (now.chi2 - chi2) / level
+            marked[best] = Rival((instead,), off, True, EXCLUDED * off / least)
         told[k] = sorted(marked, key=lambda one: one.worse)
     return causes
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT
+from gears3d.diagnosis.acceptance import ACCEPT, EXCLUDED
 from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.contact_episodes import (
@@ -25,7 +25,6 @@ from gears3d.diagnosis.contact_episodes import (
 )
 from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.heldout import Split
-from gears3d.diagnosis.hypotheses import EXCLUDED
 from gears3d.diagnosis.search import PRICE
 from gears3d.effects import Code, Rig, catalogue
 from gears3d.errors import InputError

@@ -23,6 +23,7 @@ from gears3d.diagnosis.evidence import Paths, uncut
 from gears3d.diagnosis.heldout import EngineCheck, Split, engine_check, heldout_3d, heldout_summary, splits
 from gears3d.diagnosis.hypotheses import Experiment, Rival, experiments, rivals
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
+from gears3d.diagnosis.posterior import Probable, posterior
 from gears3d.diagnosis.preprocessing import (
     Note,
     segmented,
@@ -122,11 +123,17 @@ class Diagnosis(Result):
         rows += [("residual pattern", one.name) for one in self.left] + [("note", one.text) for one in self.notes]
         return notebook.table(f"Diagnosis: {self.verdict.replace('_', ' ')}", rows)
 
+    @property
+    def posterior(self) -> tuple[Probable, ...]:
+        """Return the most probable sets of causes, best first, and the probability of all others."""
+        return posterior([one.options for one in self.causes])
+
     def to_dict(self) -> dict[str, Any]:
         """Return a JSON-compatible dictionary in the form of the contract."""
         return {
             "verdict": self.verdict,
             "causes": [one.to_dict() for one in self.causes],
+            "posterior": [one.to_dict() for one in self.posterior],
             "heldout": heldout_summary(self.held),
             "heldout_3d": heldout_3d(self.bodies),
             "remaining": remaining(self.left),

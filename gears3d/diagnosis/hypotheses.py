@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.acceptance import EXCLUDED, excluding
 from gears3d.diagnosis.candidates import FREE, Candidate, score
 from gears3d.diagnosis.cause import Cause, Fit, begin, fit, table
 from gears3d.diagnosis.evidence import Evidence, evidence
+from gears3d.diagnosis.posterior import occam
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals
 from gears3d.diagnosis.search import Search, directions
 from gears3d.errors import GearsError
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
-# Chi-square difference that excludes a hypothesis, scaled by the level of the best fit if that is above one.
-EXCLUDED = 16.0
 # Number of hypotheses of other kinds that are fitted for each cause.
 FITTED_RIVALS = 6
 # Maximum number of pairs of a cause and a competing hypothesis for which runs are proposed.
@@ -41,24 +41,41 @@ class Rival(NamedTuple):
         causes: of the hypothesis.
         worse: rise of chi-square against the cause.
         excluded: whether the data exclude it.
+        odds: twice the fall of the logarithm of the evidence: the rise over what a model may err by, with the price of
+            additional parameters.
     """
 
     causes: tuple[Cause, ...]
     worse: float
     excluded: bool
+    odds: float
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Return the kinds of its causes."""
+        return tuple(cause.candidate.kind for cause in self.causes)
 
 
 def rivals(records: Sequence[Evidence], found: Search) -> list[list[Rival]]:
     """Return for each cause the hypotheses that could replace it, best first."""
-    now, told = found.fit, []
-    level = max(now.chi2 / max(len(now.rest), 1), 1.0)
+    now, told, level = found.fit, [], _chi2_level(found)
     for k, cause in enumerate(now.causes):
         others = now.causes[:k] + now.causes[k + 1 :]
         less = fit(records, found.base, others)
-        tried = _hypotheses(records, found, less, cause)
-        told.append(sorted((Rival(c, f.chi2 - now.chi2, f.chi2 - now.chi2 > EXCLUDED * level) for c, f in tried),
-                           key=lambda one: one.worse))  # fmt: skip
+        tried, own = _hypotheses(records, found, less, cause), []
+        least = excluding((less.chi2 - now.chi2) / level)
+        scale = level * least / EXCLUDED
+        for causes, one in tried:
+            worse = one.chi2 - now.chi2
+            odds = worse / scale + _price(one, scale) - _price(now, scale)
+            own.append(Rival(causes, worse, worse > level * least, odds))
+        told.append(sorted(own, key=lambda one: one.worse))
     return told
+
+
+def _price(one: Fit, scale: float) -> float:
+    """Return the chi-square that the parameters of a fit cost, its covariance times a scale."""
+    return occam(scale * one.covariance, np.concatenate([cause.units for cause in one.causes])) if one.causes else 0.0
 
 
 def _hypotheses(
@@ -167,7 +184,7 @@ def experiments(
             for run, one in zip(planned, seen, strict=True)
         ]
         made.sort(key=lambda run: -(run.sigma or 0.0))
-        kinds = " + ".join(cause.candidate.kind for cause in rival.causes)
+        kinds = " + ".join(rival.kinds)
         now = float(np.sqrt(max(rival.worse, 0.0) / _chi2_level(found)))
         told.append(Experiment(found.fit.causes[k].candidate.kind, kinds, now, tuple(made)))
         if progress is not None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT_PATH, LARGEST, SMALLEST
+from gears3d.diagnosis.acceptance import ACCEPT_PATH, EXCLUDED, LARGEST, SMALLEST
 from gears3d.diagnosis.cause import Cause, moved, swings
 from gears3d.diagnosis.datums import goes_by, order_of, reference
 from gears3d.diagnosis.prediction import GEARS
@@ -34,8 +34,6 @@ SWAYED = 0.006
 whose own intervals were narrower, the first was off by up to 0.5 %, the second by up to 1.1 %."""
 BENT, LEAST = 0.02, 0.1
 """Part of the size by which columns of these are taken, and the least size of that, in units."""
-EXCLUDED = 16.0
-"""Chi-square over the level by which another cause must be worse to be excluded: four standard deviations."""
 ROUNDS = 8
 """Causes at most, and rounds of Gauss-Newton."""
 FARTHEST = (0.5, 0.2, 0.05)

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT_PATH, LARGEST, SMALLEST
+from gears3d.diagnosis.acceptance import ACCEPT_PATH, EXCLUDED, LARGEST, MODEL_ERROR, SMALLEST, excluding
 from gears3d.diagnosis.candidates import FREE, price
 from gears3d.diagnosis.cause import Cause, begin
+from gears3d.diagnosis.hypotheses import Rival
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     BODY,
-    EXCLUDED,
     FAR,
     FARTHEST,
     LAWS,
@@ -46,6 +46,7 @@ from gears3d.diagnosis.path_fit import (
     with_spread,
 )
 from gears3d.diagnosis.path_scores import SCORED, fewer, scores_of
+from gears3d.diagnosis.posterior import occam
 from gears3d.diagnosis.restitution_scatter import Scatter
 from gears3d.diagnosis.second_body import carrying, frequencies, playing
 from gears3d.diagnosis.shooting import NOISE, Windows
@@ -84,19 +85,12 @@ LEFT = 0.25
 """Part of the chi-square that is left beyond noise by which another cause must be worse, too."""
 APART = 3.0
 """Standard errors, by the scatter over windows, that this must differ from none by."""
-ERRS = 1e-5
-"""Part of what all causes explain that a model of them may err by: 0.3 % of the path, to which sizes come true in
-records without noise. A cause that gains less is none."""
 MOST_LEFT = 0.25
 """Part of the path's error that a body on a spring may leave to be the first cause."""
 BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
 """Parts of windows, from their beginning on, in which causes are sought one after the other; parts of the backlash up
 to which the path is near in so many windows, so that slopes say what candidates promise, and from which on, with all
 that is found, it is that of another rig."""
-
-
-Excluded = tuple[Cause, float, bool]
-"""A cause in the place of another, the chi-square over the level by which it is worse, and that it is excluded."""
 
 
 class Path(NamedTuple):
@@ -111,8 +105,7 @@ class Path(NamedTuple):
         parted: part of the windows whose motion parts from the model's.
         missed: root mean square of what is left in usual windows [m].
         windows: how many.
-        others: what was tried in the place of each cause, with the chi-square over the level by which it is worse, and
-            whether the path excludes it.
+        others: what was tried in the place of each cause, by chi-square over the level, best first.
         seen: smallest size of causes of one number that the path shows beside these, in units, by kind.
         scatter: of the restitution, in addition to the causes.
         unsure: fall of chi-square, over its level, that the uncertainty of the drive's motion explains.
@@ -126,7 +119,7 @@ class Path(NamedTuple):
     parted: float
     missed: float
     windows: int
-    others: tuple[tuple[Excluded, ...], ...]
+    others: tuple[tuple[Rival, ...], ...]
     seen: dict[str, float]
     scatter: Scatter | None = None
     unsure: float = 0.0
@@ -165,8 +158,10 @@ def path_search(
     others = []
     for gain, (own, excluded) in zip(gains, instead, strict=True):
         least = _least(windows, gain, found.rest)
-        fits = [(one.causes[-1], gain_of(windows, one, found)[0], _excludes(windows, one, found, least)) for one in own]
-        others.append((*fits, *excluded))
+        cost = _price(windows, found, least) if own else 0.0
+        fits = [_rival(windows, one, found, least, _price(windows, one, least) - cost) for one in own]
+        others.append(tuple(sorted([*fits, *excluded], key=lambda one: one.worse)))
+    restore(windows, found)
     found = referenced(windows, found)
     restore(windows, found)
     level, unsure = windows.level(found.rest), _unsure(windows, [found, *(one for own, _ in instead for one in own)])
@@ -404,7 +399,7 @@ def _added(
 
 def _exchanged(
     windows: Windows, known: Sequence[Candidate], base: State, found: State, told: Callable[[float], None]
-) -> tuple[State, list[State], list[tuple[list[State], list[Excluded]]]]:
+) -> tuple[State, list[State], list[tuple[list[State], list[Rival]]]]:
     """Return a state with other causes in the place of some, where these explain more or are simpler.
 
     Causes that came first were taken without those that came later.
@@ -425,9 +420,10 @@ def _exchanged(
                 few, mine, first = _sampled(windows, found)
                 least = _least(few, gain_of(few, _part(few, mine, less[-1]), first)[0], first.rest)
                 for one in _tries(windows, few, known, first, found, k):
-                    if _excludes(few, one, first, least):
-                        worse = gain_of(few, one, first)[0] * len(windows) / len(few)
-                        excluded += [(one.causes[-1], worse, True)] if len(one.causes) == len(found.causes) else []
+                    if (rival := _rival(few, one, first, least)).excluded:
+                        more = len(windows) / len(few)
+                        whole = rival._replace(worse=rival.worse * more, odds=rival.odds * more)
+                        excluded += [whole] if len(one.causes) == len(found.causes) else []
                     else:
                         own.append(_whole(windows, found, few, one))
             same = found._replace(causes=(*less[-1].causes, cause))
@@ -474,7 +470,7 @@ def _pays(windows: Windows, base: State, less: State, more: State) -> bool:
     gain, sure = gain_of(windows, less, more)
     if gain <= ACCEPT_PATH or sure <= min(STEADY, EVEN * float(np.sqrt(gain))):
         return False
-    return float(np.median(windows.level(more.rest))) < NOISE or gain > ERRS * gain_of(windows, base, more)[0]
+    return float(np.median(windows.level(more.rest))) < NOISE or gain > MODEL_ERROR * gain_of(windows, base, more)[0]
 
 
 def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | None:
@@ -501,7 +497,7 @@ def _least(windows: Windows, gain: float, rest: Array) -> float:
     """
     level = float(np.median(windows.level(rest)))
     if level < NOISE:
-        return max(EXCLUDED, ERRS * gain)
+        return excluding(gain)
     return max(EXCLUDED, SAME * gain, LEFT * (level - 1.0) / level * len(windows.read) / windows.runs(rest))
 
 
@@ -512,6 +508,25 @@ def _is_worse(windows: Windows, one: State, other: State, least: float) -> bool:
     """
     off, left = (float(np.median(windows.level(each.rest))) for each in (one, other))
     return gain_of(windows, one, other)[0] > (EXCLUDED if left < NOISE < ACCOUNTS < off else least)
+
+
+def _rival(windows: Windows, one: State, best: State, least: float, cost: float = 0.0) -> Rival:
+    """Return the last cause of a state as a hypothesis in the place of one of the best; chi-square as above.
+
+    Its odds are those of the error of a model that excludes it at so much, or those of their scatter over windows.
+
+    cost: chi-square that its parameters cost more than those of the best.
+    """
+    worse, sure = gain_of(windows, one, best)
+    odds = min(EXCLUDED * worse / least, sure * abs(sure)) + cost
+    return Rival((one.causes[-1],), worse, _excludes(windows, one, best, least), odds)
+
+
+def _price(windows: Windows, one: State, least: float) -> float:
+    """Return the chi-square that the parameters of a state cost."""
+    restore(windows, one)
+    units = np.concatenate([np.zeros(0), *(cause.units for cause in one.causes)])
+    return occam(covariance_of(windows, one) * least / EXCLUDED, units)
 
 
 def _excludes(windows: Windows, one: State, other: State, least: float) -> bool:

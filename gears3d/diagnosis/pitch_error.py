@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.acceptance import EXCLUDED
 from gears3d.diagnosis.candidates import ONE_SIDED, SHOWS, Candidate
 from gears3d.diagnosis.cause import Cause, begin, fit, significance
 from gears3d.diagnosis.channels import VelocityJumps
 from gears3d.diagnosis.evidence import Evidence, Paths
-from gears3d.diagnosis.hypotheses import EXCLUDED, Rival
+from gears3d.diagnosis.hypotheses import Rival
 from gears3d.diagnosis.prediction import (
     GEARS,
     NEGLIGIBLE,
@@ -386,7 +387,7 @@ def short_tooth(records: Sequence[Evidence]) -> ShortTooth | None:
         return None
     unit = records[0].rig.backlash
     others = tuple(
-        Rival((as_cause(_least_pitch_error(one), unit),), best.gain - one.gain, False)
+        Rival((as_cause(_least_pitch_error(one), unit),), best.gain - one.gain, False, best.gain - one.gain)
         for one in found[1:]
         if best.gain - one.gain < EXCLUDED
     )

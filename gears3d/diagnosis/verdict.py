@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT, LARGEST, SMALLEST
+from gears3d.diagnosis.acceptance import ACCEPT, EXCLUDED, LARGEST, SMALLEST
 from gears3d.diagnosis.candidates import Regressors
 from gears3d.diagnosis.cause import Cause, fit, parameters, significance, swings, table
 from gears3d.diagnosis.contact_law import ContactLawFit
@@ -16,9 +16,10 @@ from gears3d.diagnosis.datums import reference_record
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.hypotheses import Rival
-from gears3d.diagnosis.path_fit import BODY, EXCLUDED
+from gears3d.diagnosis.path_fit import BODY
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pitch_error import ShortTooth
+from gears3d.diagnosis.posterior import Option, options
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.prediction import rms_of
 from gears3d.diagnosis.residual_patterns import Structure
@@ -62,6 +63,7 @@ class Named:
         excluded: ``kind`` and ``why`` of causes that were tried in its place and that the data exclude.
         zero: record whose angular datum its phase, or tooth, refers to; empty with index marks.
         at_least: parameters that are lower bounds.
+        options: all hypotheses in its place, itself first, with their posterior probabilities.
     """
 
     kind: str
@@ -75,6 +77,12 @@ class Named:
     excluded: tuple[dict[str, str], ...] = ()
     zero: str = ""
     at_least: tuple[str, ...] = ()
+    options: tuple[Option, ...] = field(default=(), repr=False)
+
+    @property
+    def probability(self) -> float:
+        """Return the posterior probability of the cause among all hypotheses in its place."""
+        return self.options[0].probability
 
     def to_dict(self) -> dict[str, Any]:
         """Return a JSON-compatible dictionary."""
@@ -88,7 +96,7 @@ class Named:
         rivals: dict[str, Any] = {"phase_from": self.zero} if self.zero else {}
         rivals |= {"alternatives": list(self.alternatives), "excluded": list(self.excluded)}
         return {"kind": self.kind, "place": self.place, "parameters": {**numbers, **fixed}, "evidence": self.evidence,
-                "gain": self.gain, **rivals}  # fmt: skip
+                "gain": self.gain, "probability": self.probability, **rivals}  # fmt: skip
 
 
 def fixed_parameter(effect: Any, name: str, written: Any) -> Any:
@@ -122,7 +130,8 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
         if zero and zero != found.records[0].name:
             numbers.pop("phase", None)
         told.append(
-            Named(effect.kind, effect.place, numbers, text, gain, alternatives, effect, written, excluded, zero)
+            Named(effect.kind, effect.place, numbers, text, gain, alternatives, effect, written, excluded, zero,
+                  options=options(effect.kind, gain, [(one.kinds, one.odds) for one in others[k]]))
         )  # fmt: skip
     return sorted(told, key=lambda one: -one.gain)
 
@@ -151,8 +160,9 @@ def _reported_short_tooth(short: ShortTooth) -> Named:
     ends = sorted((effect.offset, float(np.copysign(effect.params["offset"].high, effect.offset))))
     numbers = {"offset": Parameter(effect.offset, "m", *ends)}
     others = tuple(map(open_hypothesis, short.others))
+    places = options(effect.kind, short.gain, [(one.kinds, one.odds) for one in short.others])
     return Named(effect.kind, effect.place, numbers, short.why, short.gain, others, effect, table(effect, numbers),
-                 at_least=("offset",))  # fmt: skip
+                 at_least=("offset",), options=places)  # fmt: skip
 
 
 def _reported_scatter(spread: Scatter) -> Named:
@@ -163,7 +173,8 @@ def _reported_scatter(spread: Scatter) -> Named:
         "rebounds scatter more than their measurement errors, in proportion to the approach speed; "
         f"total significance {significance(spread.gain)}"
     )
-    return Named(effect.kind, effect.place, numbers, text, spread.gain, (), effect, table(effect, numbers))
+    return Named(effect.kind, effect.place, numbers, text, spread.gain, (), effect, table(effect, numbers),
+                 options=options(effect.kind, spread.gain, ()))  # fmt: skip
 
 
 def name_contact_law(law: ContactLawFit) -> tuple[Named, ...]:
@@ -180,7 +191,9 @@ def name_contact_law(law: ContactLawFit) -> tuple[Named, ...]:
         effect: Any = cause.effect
         others = law.alternatives if cause is law.causes[0] else ()
         numbers = parameters(cause, law.covariance[part, part])
-        told.append(Named(effect.kind, effect.place, numbers, text, gain, others, effect, table(effect, numbers)))
+        places = options(effect.kind, gain, [((one["kind"],), 0.0) for one in others])  # contact episodes fit as well
+        told.append(Named(effect.kind, effect.place, numbers, text, gain, others, effect, table(effect, numbers),
+                          options=places))  # fmt: skip
     return tuple(sorted(told, key=lambda one: -one.gain))
 
 
@@ -249,16 +262,12 @@ def open_hypothesis(rival: Rival) -> dict[str, str]:
         why = f"fits better by Δχ² = {-rival.worse:.4g}, which is not sufficient to prefer it"
     else:
         why = "predicts the same values for all records"
-    return {"kind": _kinds(rival), "why": f"{why} ({_shapes(rival)})"}
+    return {"kind": " + ".join(rival.kinds), "why": f"{why} ({_shapes(rival)})"}
 
 
 def excluded_hypothesis(rival: Rival) -> dict[str, str]:
     """Return a hypothesis that the data exclude, as ``kind`` and ``why``."""
-    return {"kind": _kinds(rival), "why": f"fits worse by {significance(rival.worse)} ({_shapes(rival)})"}
-
-
-def _kinds(rival: Rival) -> str:
-    return " + ".join(cause.candidate.kind for cause in rival.causes)
+    return {"kind": " + ".join(rival.kinds), "why": f"fits worse by {significance(rival.worse)} ({_shapes(rival)})"}
 
 
 def _shapes(rival: Rival) -> str:

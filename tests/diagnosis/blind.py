@@ -411,8 +411,9 @@ def play(case: Case) -> dict[str, Any]:
         "setting": _setting(case), "without": case.without,
         "hidden": [one["kind"] for one in answer["effects"]] + [one["name"] for one in answer["unknown"]],
         "size": answer["size"], "noise": answer["noise"], "visible": answer["visible"],
-        "causes": [{"kind": one["kind"], "or": [each["kind"] for each in one.get("alternatives", [])]}
-                   for one in told["causes"]],
+        "causes": [{"kind": one["kind"], "or": [each["kind"] for each in one.get("alternatives", [])],
+                    "probability": one["probability"]} for one in told["causes"]],
+        "posterior": told.get("posterior", []),
         "structure": told["remaining"]["structure"], "refused": told.get("refused"),
         "gain": (told.get("heldout") or {}).get("gain"), "splits": len((told.get("heldout") or {}).get("splits", ())),
         "seconds": took, "facts": facts_of(within) if within else {}, "sees": sees, **score,

@@ -61,6 +61,8 @@ def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
         yield from ["", *_limits(limits)]
     for part in sorted({row["part"] for row in rows if row.get("facts")}):
         yield from ["", *_map([row for row in rows if row["part"] == part], part)]
+    if stated := [row for row in rows if row.get("posterior")]:
+        yield from ["", *_calibrated(stated)]
     gains = [row["gain"] for row in rows if row["causes"] and (row["gain"] is not None or row.get("splits"))]
     good = sum(gain is not None and gain > 0.0 for gain in gains)
     yield from ["", "held-out gain of extensions above 0: " + rate(good, len(gains))]
@@ -123,6 +125,22 @@ def _observed(rows: list[dict[str, Any]]) -> Iterable[str]:
         found = sum(k in row["kinds_right"] for row, k in own)
         yield f"| {name} | {rate(found, len(own))} | {len(own) - found} |"
     yield ""
+
+
+STATEMENTS = (0.0, 0.1, 0.5, 0.9, 0.95, 1.0)
+"""Bounds of stated probabilities over which their calibration is counted."""
+
+
+def _calibrated(rows: list[dict[str, Any]]) -> Iterable[str]:
+    """Return how many of the sets of causes that a probability is stated for are what is hidden and shows."""
+    yield "| stated probability of a set of causes | mean | true |"
+    yield "|---|---|---|"
+    pairs = [(one["probability"], sorted(one["causes"]) == sorted(_shown(row)))
+             for row in rows for one in row["posterior"] if one["causes"] is not None]  # fmt: skip
+    for a, b in pairwise(STATEMENTS):
+        own = [(stated, true) for stated, true in pairs if a <= stated < b]
+        mean = f"{np.mean([stated for stated, _ in own]):.3f}" if own else "–"
+        yield f"| {a:g} to {b:g} | {mean} | {rate(sum(true for _, true in own), len(own))} |"
 
 
 def _of(rows: list[dict[str, Any]], name: str) -> int:
