@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from math import pi
 from typing import Any, NamedTuple
 
@@ -10,25 +11,25 @@ import numpy as np
 
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals
-from gears3d.effects import Rig, catalogue
+from gears3d.effects import Code, Gate, Param, Refined, Rig, built_in, catalogue
+from gears3d.errors import InputError
 
 Array = np.ndarray
-# Channels in which effects show, by their place.
+# Channels in which effects show, by their place; torques in contact delay its loss, errors of sensors have their own.
 SHOWS = {
     "geometry": ("contact",),
     "torque": ("flight",),
     "impact": ("impact",),
     "motion": ("drive",),
-    "sensor": ("contact", "flight", "drive"),
+    "sensor": (),
 }
+# Rows without a regressor: the force on a flank and the scatter of impacts are not in the evidence.
+WITHOUT_REGRESSOR = {Code.TORQUE_FRICTION, Code.IMPACT_SCATTER}
 # Sizes in units at which regressors are computed: of most effects, and of effects that delay contact loss, whose
 # response is quadratic.
 SMALL_SIZE, DELAYING_SIZE = 0.01, 0.2
-EXPONENTS = (0.5, 1.5, 2.0, 2.5, 3.0)
-# Tried speeds of a shaft, in mean speeds of the loose gear.
-SHAFT_SPEEDS = (-1.0, 0.5, 2.0)
-# Tried time constants of a drift, in durations of a record.
-TIME_CONSTANTS = (0.03, 0.1, 0.3, 1.0, 3.0)
+# Drag that defines the units of torques for a rig without any, relative to the inertia of the loose gear [1/s²].
+LEAST_DRAG = 1e-3
 # Tables of the evidence with the points of each channel.
 CHANNEL_TABLES = {"flight": "flights", "contact": "contacts", "impact": "impacts", "loss": "losses", "drive": "drive"}
 # Chi-square that a deviation must gain to be assigned to one flank only.
@@ -46,33 +47,18 @@ LINE_RATIO = 5.0
 COUNT_LINE = 0.35
 
 
-class ShapeBounds(NamedTuple):
-    """A shape parameter that is refined once the cause is accepted.
-
-    Args:
-        low: smallest value.
-        high: largest value.
-        log: whether its logarithm is refined.
-    """
-
-    low: float
-    high: float
-    log: bool = True
+def _refined(effect: Any) -> dict[str, Refined]:
+    return {name: one.refined for name, one in effect.params.items() if one.refined is not None}
 
 
-# By kind and parameter; ``mesh_drag`` has none, but its response is quadratic and needs as many rounds.
-FREE: dict[str, dict[str, ShapeBounds]] = {
-    "drag_power": {"exponent": ShapeBounds(0.2, 4.0)},
-    "drag_drift": {"time_constant": ShapeBounds(0.1, 1e4)},
-    "drag_differential": {"shaft_speed": ShapeBounds(-1e5, 1e5, False)},
-    "mesh_drag": {},
-    "tooth_compliance": {"damping": ShapeBounds(1e-9, 1e9)},
-    "carried_inertia": {
-        "stiffness": ShapeBounds(1e-6, 1e12),
-        "damping": ShapeBounds(0.0, 1e6, False),
-        "play": ShapeBounds(0.0, pi, False),
-    },
-    "drive_motion": {"frequency": ShapeBounds(1e-2, 1e5), "order": ShapeBounds(1e-3, 1e4)},
+def _is_linear(effect: Any) -> bool:
+    return next(iter(effect.params.values())).linear
+
+
+# Shape parameters that are refined once the cause is accepted, by kind. A kind whose response is not linear has no such
+# parameter, but needs as many rounds.
+FREE: dict[str, dict[str, Refined]] = {
+    kind: _refined(one) for kind, one in built_in().items() if _refined(one) or not _is_linear(one)
 }
 
 
@@ -113,73 +99,65 @@ class Candidate(NamedTuple):
 def candidates(
     rig: Rig, duration: float, highest: int, frequencies: tuple[float, ...] = (), orders: tuple[float, ...] = ()
 ) -> list[Candidate]:
-    """Return all candidate causes of a rig.
+    """Return all candidate causes of a rig: each effect that has a regressor, with each tried shape.
 
-    duration: of a record [s]; frequencies: tried, of the drive's motion [Hz].
+    duration: of a record [s]; frequencies: tried, of the drive's motion [Hz]; orders: the same, of its mean speed.
     """
-    return [*_geometry(rig, highest), *_torques(rig, duration, highest), *_impacts(rig), *_sensor_errors(rig, highest),
-            *_drive_motions(rig, frequencies, orders)]  # fmt: skip
+    found = []
+    for place in SHOWS:
+        for effect in (one for one in built_in().values() if one.place == place):
+            if place == "motion":
+                shapes = [{"frequency": x} for x in frequencies] + [{"order": x} for x in orders]
+            else:
+                shapes = _shapes(effect, rig, duration, highest)
+            found += [_candidate(effect, shape, rig) for shape in shapes]
+    return [one for one in found if one is not None]
 
 
-def _geometry(rig: Rig, highest: int) -> Iterator[Candidate]:
-    shows, b = SHOWS["geometry"], rig.backlash
-    yield Candidate("backlash_offset", {}, "offset", b, False, shows)
-    for order in range(1, highest + 1):
-        yield Candidate("backlash_variation", {"order": order}, "amplitude", b, True, shows)
-    for gear, teeth in (("drive", rig.teeth_drive), ("loose", rig.teeth_loose)):
-        yield Candidate("eccentricity", {"gear": gear}, "offset", b, True, shows)
-        for order in range(1, highest + 1):
-            for flank in ("both", "active"):
-                shape = {"gear": gear, "order": order, "flank": flank}
-                yield Candidate("transmission_error", shape, "amplitude", b, True, shows)
-        for tooth in range(1, teeth + 1):
-            for flank in ("both", "active", "reverse"):
-                shape = {"gear": gear, "tooth": tooth, "flank": flank}
-                yield Candidate("pitch_error", shape, "offset", b, False, shows)
+def _shapes(effect: Any, rig: Rig, duration: float, highest: int) -> list[dict[str, Any]]:
+    """Return the tried shapes of an effect, gear by gear; none if a parameter has no values to try."""
+    shapes: list[dict[str, Any]] = [{}]
+    _, *names = (name for name in effect.params if name != "phase")
+    for name in sorted(names, key="gear".__ne__):
+        shapes = [
+            {**shape, name: value}
+            for shape in shapes
+            for value in _tried(name, effect.params[name], shape, rig, duration, highest)
+        ]
+    return shapes
 
 
-def _torques(rig: Rig, duration: float, highest: int) -> Iterator[Candidate]:
-    shows, drag = SHOWS["torque"], rig.drag_torque or 1e-3 * rig.inertia
-    speed = max(rig.mean_speed_loose, 1e-9)
-    yield Candidate("drag_coulomb", {}, "torque", drag, False, shows)
-    yield Candidate("drag_viscous", {}, "coefficient", drag / speed, False, shows)
-    yield Candidate("mesh_drag", {}, "coefficient", drag / speed, False, ("loss",), DELAYING_SIZE)
-    for exponent in EXPONENTS:
-        yield Candidate("drag_power", {"exponent": exponent}, "coefficient", drag / speed**exponent, False, shows)
-    for part in TIME_CONSTANTS if rig.drag_torque else ():
-        yield Candidate("drag_drift", {"time_constant": part * duration}, "relative_change", 1.0, False, shows)
-    for part in SHAFT_SPEEDS:
-        shape = {"shaft_speed": part * speed}
-        yield Candidate("drag_differential", shape, "coefficient", drag / speed, False, shows)
-    for order in range(1, highest + 1):
-        yield Candidate("drag_position", {"order": order}, "amplitude", drag, True, shows)
+def _tried(
+    name: str, one: Param, shape: dict[str, Any], rig: Rig, duration: float, highest: int
+) -> Sequence[float | str]:
+    if name == "order":
+        return range(1, highest + 1)
+    if name == "tooth":
+        return range(1, (rig.teeth_drive if shape["gear"] == "drive" else rig.teeth_loose) + 1)
+    scale = {"speed": max(rig.mean_speed_loose, 1e-9), "time": duration}.get(one.family)
+    return one.tried or one.choices if scale is None else [scale * value for value in one.tried]
 
 
-def _impacts(rig: Rig) -> Iterator[Candidate]:
-    shows, e = SHOWS["impact"], max(rig.restitution, 0.1)
-    fall = max((2.0 * rig.drag_torque * rig.base_radius_loose / rig.inertia * rig.backlash) ** 0.5, 1e-9)
-    yield Candidate("restitution_offset", {}, "offset", e, False, shows)
-    yield Candidate("restitution_speed", {}, "slope", e / fall, False, shows)
-    yield Candidate("restitution_asymmetry", {}, "asymmetry", e, False, shows)
-
-
-def _sensor_errors(rig: Rig, highest: int) -> Iterator[Candidate]:
-    angle = rig.backlash / rig.base_radius_loose
-    for gear, shows in (("drive", ("contact", "drive")), ("loose", ("contact", "flight"))):
-        for order in range(1, highest + 1):
-            shape = {"gear": gear, "order": order}
-            yield Candidate("encoder_eccentricity", shape, "amplitude", angle, True, shows)
-    late = angle / max(rig.mean_speed_loose, 1e-9)
-    yield Candidate("encoder_skew", {"gear": "loose"}, "delay", late, False, ("contact",))
-
-
-def _drive_motions(rig: Rig, frequencies: tuple[float, ...], orders: tuple[float, ...]) -> Iterator[Candidate]:
-    drag, ratio = max(rig.drag_torque, 1e-3 * rig.inertia), rig.base_radius_drive / rig.base_radius_loose
-    tried = [("frequency", x, x) for x in frequencies]
-    tried += [("order", x, x * abs(rig.mean_speed) / (2.0 * np.pi)) for x in orders if rig.mean_speed]
-    for name, value, frequency in tried:
-        unit = drag / (rig.inertia * ratio * 2.0 * np.pi * frequency)
-        yield Candidate("drive_motion", {name: value}, "amplitude", unit, True, SHOWS["motion"])
+def _candidate(effect: Any, shape: dict[str, Any], rig: Rig) -> Candidate | None:
+    """Return an effect of a shape as a candidate; ``None`` if it has no regressor, or does not fit the rig."""
+    size = next(iter(effect.params))
+    plain = {name: 0.0 for name, one in _refined(effect).items() if name in shape and not one.log}
+    try:
+        usual = effect(**{**shape, **plain, size: 0.0})  # a tried speed near that of the gear has no large unit
+        unit = usual.unit_size(rig) or usual.unit_size(replace(rig, drag_torque=LEAST_DRAG * rig.inertia))
+        rows = effect(**{**shape, size: unit}).rows(rig)
+    except InputError:
+        return None
+    if WITHOUT_REGRESSOR & {row.code for row in rows}:
+        return None
+    shows = SHOWS[effect.place]
+    if effect.place == "sensor":
+        by_angle = {"drive": ("drive",), "loose": ("flight",)}[shape["gear"]] if "order" in shape else ()
+        shows = ("contact", *by_angle)
+    elif any(row.gate == Gate.CONTACT for row in rows):
+        shows = ("loss",)
+    tried = SMALL_SIZE if _is_linear(effect) else DELAYING_SIZE
+    return Candidate(effect.kind, shape, size, unit, "phase" in effect.params, shows, tried)
 
 
 class Scored(NamedTuple):

@@ -24,8 +24,6 @@ from gears3d.effects import catalogue
 from gears3d.errors import Fault, InputError
 
 Array = np.ndarray
-# Gear whose angle matters for kinds that do not name it.
-GEAR_OF_KIND = {"drag_position": "loose", "backlash_variation": "drive"}
 # Largest false alarm probability of a cause with a phase.
 FALSE_ALARM = 3e-7
 # Minimum chi-square gain of a record whose datum is the reference of phases.
@@ -53,10 +51,11 @@ JOINT_STEP = 0.3
 def gear_of(kind: str, gear: str | None) -> str:
     """Return the gear whose angle a cause depends on; empty without one.
 
-    >>> gear_of("drag_position", None), gear_of("eccentricity", "drive"), gear_of("encoder_skew", "loose")
-    ('loose', 'drive', '')
+    >>> gear_of("backlash_variation", None), gear_of("eccentricity", "loose"), gear_of("encoder_skew", "loose")
+    ('drive', 'loose', '')
     """
-    return "" if kind == "encoder_skew" else GEAR_OF_KIND.get(kind, gear or "")
+    params = catalogue()[kind].params.values()  # type: ignore[attr-defined]
+    return next((gear or "" if one.of == "gear" else one.of for one in params if one.of), "")
 
 
 def goes_by(one: Candidate) -> str:

@@ -3,8 +3,10 @@
 from gears3d.effects.base import Effect as Effect
 from gears3d.effects.base import Param as Param
 from gears3d.effects.base import Place as Place
+from gears3d.effects.base import Refined as Refined
 from gears3d.effects.base import Rig as Rig
 from gears3d.effects.base import SensorEffect as SensorEffect
+from gears3d.effects.base import built_in as built_in
 from gears3d.effects.base import catalogue as catalogue
 from gears3d.effects.base import excluded as excluded
 from gears3d.effects.base import register as register

@@ -35,7 +35,7 @@ class BacklashVariation:
     params: ClassVar[dict[str, Param]] = {
         "amplitude": Param("length", -1e-3, 1e-3),
         "order": Param("count", 1, 1000, default=1, linear=False),
-        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False),
+        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False, of="drive"),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

@@ -26,6 +26,14 @@ if TYPE_CHECKING:
 Place = Literal["geometry", "torque", "impact", "gap_force", "motion", "sensor"]
 
 
+class Refined(NamedTuple):
+    """How a diagnosis refines a shape parameter once the cause is accepted: within bounds, most by its logarithm."""
+
+    low: float
+    high: float
+    log: bool = True
+
+
 class Param(NamedTuple):
     """A named parameter of an effect.
 
@@ -36,9 +44,13 @@ class Param(NamedTuple):
         high: largest admissible value, SI.
         default: value when the scenario does not give it; ``None`` means that it must be given.
         choices: the words allowed when ``family`` is ``"choice"``.
-        linear: whether the observables change in proportion to it (used in diagnosis).
+        linear: whether the observables change in proportion to it; a diagnosis takes more rounds to fit others.
         also: further unit families that are allowed; the effect then has a further field ``<parameter>_family``,
             which takes the family that was written.
+        of: gear whose angle it counts from, ``"drive"``, ``"loose"``, or ``"gear"`` for that of the parameter ``gear``.
+        tried: values at which a diagnosis tries it: speeds in mean speeds of the loose gear, times in durations of a
+            record. Without them it tries all choices, orders and teeth.
+        refined: bounds within which a diagnosis refines it; ``None`` for a parameter that stays as it was tried.
     """
 
     family: str
@@ -48,6 +60,9 @@ class Param(NamedTuple):
     choices: tuple[str, ...] = ()
     linear: bool = True
     also: tuple[str, ...] = ()
+    of: Literal["", "drive", "loose", "gear"] = ""
+    tried: tuple[Any, ...] = ()
+    refined: Refined | None = None
 
 
 @dataclass(frozen=True)
@@ -144,6 +159,12 @@ def register(effect: E_) -> E_:
         guard(effect)
     _REGISTRY[effect.kind] = effect  # type: ignore[attr-defined]
     return effect
+
+
+def built_in() -> dict[str, Any]:
+    """Return the effect classes of gears3d by kind, sorted."""
+    _load_built_in()
+    return {kind: one for kind, one in sorted(_REGISTRY.items()) if one.__module__.startswith(f"{_HERE}.")}
 
 
 def catalogue() -> dict[str, type]:

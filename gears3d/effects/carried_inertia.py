@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from gears3d.effects.base import Param, Place, Rig, register
+from gears3d.effects.base import Param, Place, Refined, Rig, register
 from gears3d.effects.rows import Row, torque_carried
 
 
@@ -39,9 +39,9 @@ class CarriedInertia:
     place: ClassVar[Place] = "torque"
     params: ClassVar[dict[str, Param]] = {
         "inertia": Param("inertia", 1e-12, 1e6, linear=False),
-        "stiffness": Param("rotational_stiffness", 1e-6, 1e12, linear=False),
-        "damping": Param("rotational_damping", 0.0, 1e6, default=0.0, linear=False),
-        "play": Param("angle", 0.0, pi, default=0.0, linear=False),
+        "stiffness": Param("rotational_stiffness", 1e-6, 1e12, linear=False, refined=Refined(1e-6, 1e12)),
+        "damping": Param("rotational_damping", 0.0, 1e6, default=0.0, linear=False, refined=Refined(0.0, 1e6, False)),
+        "play": Param("angle", 0.0, pi, default=0.0, linear=False, refined=Refined(0.0, pi, False)),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gears3d.effects.base import Param, Place, Rig, register
+from gears3d.effects.base import Param, Place, Refined, Rig, register
 from gears3d.effects.rows import Row, torque_linear
 
 
@@ -31,7 +31,9 @@ class DragDifferential:
     place: ClassVar[Place] = "torque"
     params: ClassVar[dict[str, Param]] = {
         "coefficient": Param("rotational_damping", 0.0, 1e3),
-        "shaft_speed": Param("speed", -1e5, 1e5, linear=False),
+        "shaft_speed": Param(
+            "speed", -1e5, 1e5, linear=False, tried=(-1.0, 0.5, 2.0), refined=Refined(-1e5, 1e5, False)
+        ),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

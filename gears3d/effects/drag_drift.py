@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gears3d.effects.base import Param, Place, Rig, register
+from gears3d.effects.base import Param, Place, Refined, Rig, register
 from gears3d.effects.rows import Row, torque_relax
 from gears3d.errors import Fault, InputError
 
@@ -34,7 +34,9 @@ class DragDrift:
     place: ClassVar[Place] = "torque"
     params: ClassVar[dict[str, Param]] = {
         "relative_change": Param("ratio", -1.0, 100.0),
-        "time_constant": Param("time", 1e-6, 1e9, linear=False),
+        "time_constant": Param(
+            "time", 1e-6, 1e9, linear=False, tried=(0.03, 0.1, 0.3, 1.0, 3.0), refined=Refined(0.1, 1e4)
+        ),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

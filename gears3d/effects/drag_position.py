@@ -35,7 +35,7 @@ class DragPosition:
     params: ClassVar[dict[str, Param]] = {
         "amplitude": Param("torque", -1e4, 1e4),
         "order": Param("count", 1, 1000, default=1, linear=False),
-        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False),
+        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False, of="loose"),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

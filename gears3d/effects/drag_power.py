@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gears3d.effects.base import Param, Place, Rig, register
+from gears3d.effects.base import Param, Place, Refined, Rig, register
 from gears3d.effects.rows import Row, torque_power
 
 
@@ -32,7 +32,7 @@ class DragPower:
     place: ClassVar[Place] = "torque"
     params: ClassVar[dict[str, Param]] = {
         "coefficient": Param("torque", 0.0, 1e4),
-        "exponent": Param("ratio", 0.1, 4.0, linear=False),
+        "exponent": Param("ratio", 0.1, 4.0, linear=False, tried=(0.5, 1.5, 2.0, 2.5, 3.0), refined=Refined(0.2, 4.0)),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from gears3d.effects.base import Param, Place, Rig, register
+from gears3d.effects.base import Param, Place, Refined, Rig, register
 from gears3d.effects.rows import Row, motion_harmonic
 from gears3d.errors import Fault, InputError
 
@@ -43,8 +43,8 @@ class DriveMotion:
     place: ClassVar[Place] = "motion"
     params: ClassVar[dict[str, Param]] = {
         "amplitude": Param("speed", -1e6, 1e6, also=("angle", "acceleration")),
-        "frequency": Param("frequency", 0.0, 1e6, default=0.0, linear=False),
-        "order": Param("ratio", 0.0, 1e4, default=0.0, linear=False),
+        "frequency": Param("frequency", 0.0, 1e6, default=0.0, linear=False, refined=Refined(1e-2, 1e5)),
+        "order": Param("ratio", 0.0, 1e4, default=0.0, linear=False, refined=Refined(1e-3, 1e4)),
         "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False),
     }
 

@@ -39,7 +39,7 @@ class Eccentricity:
     params: ClassVar[dict[str, Param]] = {
         "offset": Param("length", -1e-3, 1e-3),
         "gear": Param("choice", default="drive", choices=("drive", "loose")),
-        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False),
+        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False, of="gear"),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

@@ -42,7 +42,7 @@ class EncoderEccentricity:
     params: ClassVar[dict[str, Param]] = {
         "amplitude": Param("angle", -0.1, 0.1),
         "order": Param("count", 1, 1000, default=1, linear=False),
-        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False),
+        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False, of="gear"),
         "gear": Param("choice", default="loose", choices=("drive", "loose")),
     }
 

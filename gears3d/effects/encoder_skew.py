@@ -36,7 +36,7 @@ class EncoderSkew:
     place: ClassVar[Place] = "sensor"
     params: ClassVar[dict[str, Param]] = {
         "delay": Param("time", -0.1, 0.1),
-        "gear": Param("choice", default="loose", choices=("drive", "loose")),
+        "gear": Param("choice", default="loose", choices=("drive", "loose"), tried=("loose",)),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

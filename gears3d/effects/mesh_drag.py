@@ -27,7 +27,7 @@ class MeshDrag:
 
     kind: ClassVar[str] = "mesh_drag"
     place: ClassVar[Place] = "torque"
-    params: ClassVar[dict[str, Param]] = {"coefficient": Param("rotational_damping", 0.0, 1e3)}
+    params: ClassVar[dict[str, Param]] = {"coefficient": Param("rotational_damping", 0.0, 1e3, linear=False)}
 
     def rows(self, rig: Rig) -> list[Row]:
         """One linear torque in contact."""

@@ -38,9 +38,11 @@ class PitchError:
     place: ClassVar[Place] = "geometry"
     params: ClassVar[dict[str, Param]] = {
         "offset": Param("length", -1e-3, 1e-3),
-        "tooth": Param("count", 1, 1000, linear=False),
+        "tooth": Param("count", 1, 1000, linear=False, of="gear"),
         "gear": Param("choice", default="drive", choices=("drive", "loose")),
-        "flank": Param("choice", default="both", choices=("active", "reverse", "both")),
+        "flank": Param(
+            "choice", default="both", choices=("active", "reverse", "both"), tried=("both", "active", "reverse")
+        ),
     }
 
     def rows(self, rig: Rig | None) -> list[Row]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gears3d.effects.base import Param, Place, Rig, register
+from gears3d.effects.base import Param, Place, Refined, Rig, register
 from gears3d.effects.rows import Row, gap_spring
 
 
@@ -31,7 +31,7 @@ class ToothCompliance:
     place: ClassVar[Place] = "gap_force"
     params: ClassVar[dict[str, Param]] = {
         "stiffness": Param("stiffness", 1e3, 1e12, linear=False),
-        "damping": Param("damping", 0.0, 1e9, default=0.0),
+        "damping": Param("damping", 0.0, 1e9, default=0.0, refined=Refined(1e-9, 1e9)),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

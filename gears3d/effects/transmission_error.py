@@ -40,7 +40,7 @@ class TransmissionError:
     params: ClassVar[dict[str, Param]] = {
         "amplitude": Param("length", -1e-3, 1e-3),
         "order": Param("count", 1, 1000, default=1, linear=False),
-        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False),
+        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False, of="gear"),
         "gear": Param("choice", default="drive", choices=("drive", "loose")),
         "flank": Param("choice", default="both", choices=("both", "active")),
     }
