@@ -37,7 +37,7 @@ class GearsError(Exception):
 
 
 class UsageError(GearsError):
-    """The command line or an argument is off."""
+    """The command line or an argument is invalid."""
 
     exit_code = 2
 

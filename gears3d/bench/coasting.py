@@ -1,4 +1,4 @@
-"""A run-down in the 3D engine: the loose gear out of mesh, slowed by its drag until it stands."""
+"""A coast-down in the 3D engine: the loose gear out of mesh, slowed by its drag until it stands."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOST = 400_000  # Samples of a record at most
 
 @dataclass(frozen=True, eq=False)
 class Rundown(Result):
-    """What a run-down gives.
+    """Result of a coast-down.
 
     Args:
         time: s, (n,).
@@ -67,7 +67,7 @@ def rundown(
         progress: called with the simulated time done [s].
 
     Returns:
-        The run-down and its drag.
+        The coast-down and its drag.
 
     Raises:
         InputError: no speed, or nothing that slows the gear down.

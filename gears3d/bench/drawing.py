@@ -50,7 +50,7 @@ def static_picture(found: StaticError) -> Figure:
         axis.ticklabel_format(useOffset=False)
         middle, half = np.mean(axis.get_ylim()), 0.5 * np.ptp(axis.get_ylim())
         axis.set_ylim(middle - max(half, 10.0 * ROUNDING), middle + max(half, 10.0 * ROUNDING))
-    lines.set(xlabel="cycles a turn of the drive", ylabel="amplitude [µm]")
+    lines.set(xlabel="cycles per revolution of the drive", ylabel="amplitude [µm]")
     if any(np.any(line.get_ydata()) for line in lines.lines):
         lines.set(xscale="log", yscale="log")
     else:

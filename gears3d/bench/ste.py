@@ -29,7 +29,7 @@ TURNING = 0.02  # Turns in whose time the drive changes its direction
 LOST = 0.01  # Part of the turns asked for that may go by without contact
 FEWEST, MOST = 2, 60  # Turns unless given: at least and at most, in whole hunting cycles where there are that many
 STEP = 0.2  # Longest step of the engine at 1 rpm [s]; tooth pitches and waves of the flanks make it shorter
-POINTS = 3600  # Points a turn of the curves
+POINTS = 3600  # Points per revolution of the curves
 ORDERS = 12  # Strongest orders that are reported of each curve
 
 
@@ -106,7 +106,7 @@ def static_error(
         InputError: speed or turns are not above 0, drag does not hold the loose gear on its flanks, oil keeps it off
             them, or what the engine cannot do.
         EngineError: the gears jam.
-        KeyboardInterrupt: it was interrupted; half a turn tells nothing.
+        KeyboardInterrupt: it was interrupted; half a revolution has no result.
 
     Source: Rigaud & Perret-Liaudet 2020, section 3, fig. 2.
 

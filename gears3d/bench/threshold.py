@@ -158,7 +158,7 @@ def _one(
     )
     unit = assess(asked).harmonics[0].threshold_amplitude_rad_s
     if not 0.0 < unit < np.inf:
-        raise InputError(Fault("drag", "is none: without drag there is no threshold", "give drag.torque"))
+        raise InputError(Fault("drag", "is zero: without drag there is no threshold", "give drag.torque"))
     expected = predicted(asked)
     low, high = (part * expected * unit for part in span)
     made = sweep(asked, (low, high), progress, "bullet")

@@ -123,7 +123,7 @@ def _displacement(axes: Axes, comparison: Comparison, a: Recording, b: Recording
                 markerfacecolor=face,
                 linestyle="none",
                 zorder=4,
-                label=f"{FLANKS[code]} flank struck" if filled else None,
+                label=f"{FLANKS[code]} flank, impact" if filled else None,
             )
     backlash = b.meta.get("backlash_m")
     if backlash:

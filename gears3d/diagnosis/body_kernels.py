@@ -32,7 +32,7 @@ def _pull(body: Array, d: float, w: float) -> float:
 
 @tight
 def _finest(body: Array, per: float) -> float:
-    """Return the longest step [s]; the inverse of the inertia that swings is given."""
+    """Return the longest step [s]; the inverse of the inertia that oscillates is given."""
     return PHASE / max(np.sqrt(body[1] * per), body[2] * per, 1e-12)
 
 

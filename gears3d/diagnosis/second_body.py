@@ -1,4 +1,4 @@
-"""A body that the loose gear carries on a spring: at which frequency it swings, and the fit that begins there.
+"""A body that the loose gear carries on a spring: at which frequency it oscillates, and the fit that begins there.
 
 In flight the pair's centre falls as torques say and its twist oscillates at one frequency; impacts act on the gear
 alone. Where flights begin with impacts, that frequency shows in their readings. Where they begin at rest, it shows in
@@ -41,8 +41,8 @@ that are sought in flights."""
 FLIGHTS = 200
 """Flights at most."""
 SHARE, LEVEL = 0.4, 1.5
-"""Part of what flights are off a parabola that an oscillation must explain, and the variances of the noise that they
-must be off."""
+"""Part of the deviation of flights from a parabola that an oscillation must explain, and its least size in
+variances of the noise."""
 TRIED, FLYING, DENSE = 12, 0.25, 1.1
 """Windows in which a body is sought; part of them whose first flight may be shorter than the first fit; ratio of
 neighbouring frequencies that are tried: in three rigs, those within 10 % led to the hidden one."""

@@ -2,7 +2,7 @@
 
 The loose gear lies within the backlash, so the drive's angle alone decides which pairs of teeth can touch. An answer of
 Bullet holds all pairs within a reach. The reach is the largest distance that two teeth in mesh can have
-a turn before they touch, plus the backlash and all deviations of gears and mounting. An answer is therefore complete
+a revolution before they touch, plus the backlash and all deviations of gears and mounting. An answer is thus complete
 for all angles within that turn. It is kept for windows of a fraction of a pitch, and is valid again whenever both gears
 return to the same teeth. Where all teeth are equal, on ideal axes, it is valid a pitch later for the next teeth.
 """

@@ -57,7 +57,7 @@ class HarmonicDeviation:
         index_of(self.gear, GEARS, "gear")
         index_of(self.flank, FLANKS, "flank")
         if self.order < 0 or self.order != int(self.order):
-            raise InputError(Fault("order", f"is {self.order:g}", "a flank closes after a turn: give a whole number"))
+            raise InputError(Fault("order", f"is {self.order:g}", "a flank is closed: give a whole number"))
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ class Edged(Record):
     flanks: Flanks  # the arrays of the pair
     # roll angle of the normal at each flank's end [rad], the edge's position in the gear's own frame [m], and roll
     # angles of the normals next to corners, root relief's start before and after, tip relief's, and the lowest regular
-    # point of a profile that deviates, 0 where there is none [rad], for each gear, flank and tooth (2, 2, teeth, 8)
+    # point of a profile that deviates, 0 for those that do not [rad], for each gear, flank and tooth (2, 2, teeth, 8)
     tips: Floats4
     cuts: Floats1  # where the search for several maxima puts the ends of its parts, (16,)
 
@@ -168,8 +168,8 @@ def edged_gap_at(shape, centre, rotation_drive, rotation_loose, tooth_drive, too
 def _gap(shape, centre, rotations, half, teeth, flank):
     """Return what :func:`edged_gap_at` does.
 
-    Normals of the loose gear point to the drive: they differ from the common normal by ``half`` a turn, π, or by 0
-    where the rotation of the loose gear has it already.
+    Normals of the loose gear point to the drive: they differ from the common normal by ``half`` of a revolution, π, or
+    by 0 where the rotation of the loose gear has it already.
     """
     psi = (1.0 - 2.0 * flank) * shape.flanks.mount[_DIRECTION]
     bottom, top = psi - _SEARCH, psi + _SEARCH

@@ -556,7 +556,7 @@ def candidates(flanks, theta_drive, theta_loose, flank):
 
 @inner
 def _near(angle):
-    """Return the angle within half a turn of 0."""
+    """Return the angle within half a revolution of 0."""
     return angle - TURN * np.floor(angle / TURN + 0.5)
 
 

@@ -1,4 +1,4 @@
-"""One involute gear: involute function, cutting rack and fillet, tip and root relief, data and limits."""
+"""One involute gear: involute function, rack and fillet, tip and root relief, data and limits."""
 
 from __future__ import annotations
 
@@ -305,7 +305,7 @@ class Gear:
         profile_shift: profile shift coefficient, in modules.
         addendum: addendum of the basic rack, in modules.
         dedendum: dedendum of the basic rack, in modules.
-        fillet_radius: tip radius of the cutting rack, in modules.
+        fillet_radius: tip radius of the basic rack, in modules.
         bore: diameter of the hole along the axis [m], ``None`` for none.
         tip_shortening: how much lower the tip lies than the rack's addendum puts it, in modules.
         tip_diameter: diameter of the tip cylinder [m], in place of addendum and tip shortening.

@@ -36,7 +36,7 @@ MOST_POINTS = 161  # Of a profile, or of heights; the deviation that they leave 
 _FIRST = 6  # Points of a profile to begin with
 _DEGREE = 5
 _SEWN = 1e-6  # Largest distance of edges that are made one [mm]
-# Relative error to which the kernel integrates the volume; without one its fixed rule is off by up to 3e-6
+# Relative error to which the kernel integrates the volume; without one its fixed rule errs by up to 3e-6
 _INTEGRATED = 1e-6
 
 

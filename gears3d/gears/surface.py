@@ -1,7 +1,7 @@
 """Flanks as surfaces over the face width, spur and helical, and the gap of two of them on real axes.
 
 Across the axis every section of a flank is the same curve, turned by an angle that grows with the height z: by the
-helix with its slope deviation, and by lead crowning. A turn by dφ moves an involute by base radius × dφ along the
+helix with its slope deviation, and by lead crowning. A rotation by dφ moves an involute by base radius × dφ along the
 transverse line of action, so deviations of the lead are what ISO 1328-1 measures. On eccentric, wobbling or misaligned
 axes the sections are shifted as well; their tilt out of the transverse plane is left out, which is wrong by half its
 square times the tooth's distance from the middle: 0.1 µm for 1 mrad at 200 mm.
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 _TURN, _LEAN, _HALF, _OFF_X, _OFF_Y, _TILT_X, _TILT_Y, _AXIS = 0, 1, 2, 3, 4, 5, 6, 7
 _SECTIONS = 8  # Least parts of the face in each of which the gap has at most one minimum
-_PER_WAVE = 8  # Such parts in a wave of the profiles: in a quarter of a wave about its crest the gap is convex
+_PER_WAVE = 8  # Such parts in a wave of the profiles: in 1/4 of a wave about its crest the gap is convex
 _STEEPER = 2.0  # How much steeper than at the ends of such a part the gap may be inside
 _LEVEL = 1e-14  # Smallest gaps that may be lower by less need no search [m]
 _STEP = 1e-6  # Over which a deviating section's change with the height is differenced [m]

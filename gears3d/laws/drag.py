@@ -67,7 +67,7 @@ def power(coefficient: float, exponent: float, speed: ArrayLike) -> np.ndarray:
 
 
 def bearing(asymptote: float, rate: float, inertia: float, speed: ArrayLike) -> np.ndarray:
-    """Return the torque of bearings and encoder behind a run-down Ω(t) = a + b·e^(−λt).
+    """Return the torque of bearings and encoder behind a coast-down Ω(t) = a + b·e^(−λt).
 
     C1 = −Is·λ·a·sgn Ω + Is·λ·Ω: solid friction −Is·λ·a and viscous damping Is·λ.
     Source: Kadmiri et al. 2012, eqs (4) and (5).

@@ -164,7 +164,7 @@ def rundown_angle(final: float, damping: float, revolutions: ArrayLike) -> np.nd
 
 
 def rundown_damping(revolutions: ArrayLike, angle: ArrayLike, final: float) -> np.ndarray:
-    """Return the damping at each moment of a run-down, the slope of −ln(θ∞ − θ2) over τ.
+    """Return the damping at each moment of a coast-down, the slope of −ln(θ∞ − θ2) over τ.
 
     Source: Ottewill et al. 2010, eq. (16).
 

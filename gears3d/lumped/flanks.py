@@ -27,7 +27,7 @@ DEGREE = 7
 NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 CHECKS = 0.5 * (NODES[1:] + NODES[:-1]) + np.array([0.011, -0.017, 0.019, 0.005, -0.013, 0.017, -0.007])
 JUMP = 1e4  # change over the shortest piece that only a jump makes, not a slope discontinuity, in accuracies
-CLOSER = (1.0, 0.03, 1e-3)  # parts of the first width beside which slope discontinuities are looked for
+CLOSER = (1.0, 0.03, 1e-3)  # parts of the first width next to which slope discontinuities are looked for
 NOUGHT = 2e-15  # displacement that is rounding [m]
 MOST = 1_000_000  # so many spans at once are noise, not slope discontinuities
 _AMONG = np.argsort(np.concatenate([NODES, CHECKS]))
@@ -52,7 +52,7 @@ def fit(function: Callable[[Array], Array], edges: Array, accuracy: float, narro
     spans = np.stack([edges[:-1], edges[1:]], 1)
     coarse = 0.004 * float(np.median(spans[:, 1] - spans[:, 0]))
     done, left = np.zeros((0, DEGREE + 3)), spans
-    for part in CLOSER:  # short polynomials beside a discontinuity are accurate up to where they intersect
+    for part in CLOSER:  # short polynomials next to a discontinuity are accurate up to where they intersect
         more, left = _divide(function, left, accuracy, part * coarse)
         done, left = _corners(function, np.concatenate([done, more]), left, accuracy, narrow)
     more, rest = _divide(function, left, accuracy, narrow)
@@ -211,8 +211,8 @@ def flank_tables(pair: Pair, low: float, high: float, ticks: Callable[[], None] 
 def table_period(pair: Pair) -> float:
     """Return the angle of the drive gear after which the flanks' displacements repeat [rad].
 
-    It is one pitch when all teeth of both gears are the same and run true, a turn of the gear whose teeth do not, or
-    the hunting period.
+    It is one pitch when all teeth of both gears are the same and run true, a revolution of the gear whose teeth do not,
+    or the hunting period.
 
     >>> from gears3d.gears import Gear, Pair
     >>> table_period(Pair.from_backlash(Gear(2e-3, 20), Gear(2e-3, 30), 1e-4)) * 20 / (2 * pi)

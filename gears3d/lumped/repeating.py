@@ -69,7 +69,7 @@ def note(turn, stride, total, impacts, hits, contacts, touched, period, cycle):
     """Keep the impacts of a running cycle, or test whether a cycle has begun.
 
     The first ``hits`` rows of ``impacts`` (n, 7) and ``touched`` rows of ``contacts`` (n, 3), flank, start [s] and end
-    [s], are those since the last call, over ``stride`` of ``total`` periods; ``turn`` and ``cycle`` (ROOM, 7) are
+    [s], are those since the last call, over ``stride`` of ``total`` periods; ``turn`` and ``cycle`` (``ROOM``, 7) are
     changed.
     """
     if turn[LENGTH] > 0:

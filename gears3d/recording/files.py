@@ -39,7 +39,7 @@ def write(path: Path, signals: Mapping[str, np.ndarray], impacts: Table, meta: d
     """Write a recording into a folder, or one without impacts into a ``.parquet`` or ``.csv`` file; return the path."""
     if path.suffix in (".parquet", ".csv"):
         if len(impacts["time_s"]):
-            raise UsageError(f"{path}: one file has no room for the impacts: name a folder")
+            raise UsageError(f"{path}: one file cannot hold the impacts: name a folder")
         put = write_csv if path.suffix == ".csv" else write_parquet
         with replacing(path) as unfinished:
             put(signals, meta, unfinished)

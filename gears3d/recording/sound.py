@@ -126,7 +126,7 @@ def _strengths(recording: Recording, by: str | None) -> tuple[str, np.ndarray]:
     impacts = recording.impacts
     refuse_unexplained(recording)
     if not len(impacts["time_s"]):
-        raise InputError(Fault("impacts", "there are none: contact was never lost", "there is nothing to hear"))
+        raise InputError(Fault("impacts", "are missing: contact was never lost", "there is nothing to hear"))
     ones = impact_values(impacts, equivalent_mass(impacts, recording.meta))
     known = {
         "impulse": np.abs(ones["impulse_N_s"]),

@@ -138,7 +138,7 @@ class TableStream:
         self._stack.close()
 
     def _fault(self, why: str) -> InputError:
-        return InputError(Fault("", f"cannot be written: {why}", "make room or name another place", str(self.path)))
+        return InputError(Fault("", f"cannot be written: {why}", "free space or name another place", str(self.path)))
 
 
 def excerpt(folder: Path) -> Recording:

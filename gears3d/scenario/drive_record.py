@@ -49,7 +49,7 @@ def drive_record(scenario: Scenario) -> DriveRecord:
     raw = np.interp(even, time, theta)
     if bandwidth is None:
         steady = np.ptp(np.diff(time)) < STEADY * step
-        highest = content(theta, step) if steady else None  # what fills uneven steps would pass for noise
+        highest = content(theta, step) if steady else None  # what fills uneven steps would count as noise
         bandwidth = None if highest is None else BEYOND * highest
         if bandwidth is None or bandwidth >= 0.5 / step:
             return DriveRecord(time, theta, None)

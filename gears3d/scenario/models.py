@@ -141,7 +141,7 @@ class GearCommon(Table):
     profile_shift: float = key("ratio", "profile shift coefficient", 0, -2.0, 2.0)
     addendum: float = key("ratio", "addendum, in modules", 1, 0.1, 2.0)
     dedendum: float = key("ratio", "dedendum, in modules", 1.25, 0.1, 3.0)
-    fillet_radius: float = key("ratio", "tip radius of the cutting rack, in modules", 0.25, 0.0, 1.0)
+    fillet_radius: float = key("ratio", "tip radius of the basic rack, in modules", 0.25, 0.0, 1.0)
     tip_shortening: float = key(
         "ratio", "how much lower the tip lies than the addendum puts it, in modules", 0, -0.5, 1.0
     )

@@ -116,7 +116,7 @@ def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1
 
 
 def _bent(time: np.ndarray, values: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-    """Return by how much values are off the parabolas through their neighbours, in standard deviations."""
+    """Return by how much values differ from the parabolas through their neighbours, in standard deviations."""
     before, here, after, later = time[:-3], time[1:-2], time[2:-1], time[3:]
     with np.errstate(divide="ignore", invalid="ignore"):
         first = (here - after) * (here - later) / ((before - after) * (before - later))

@@ -55,7 +55,7 @@ def resisting(row: Row, speed: Any, angle: Any = 0.0, time: Any = np.inf) -> np.
 
 
 def mean_resisting(row: Row, speed: float) -> float:
-    """Return a row's torque at a steady speed, its mean over a turn of the loose gear, in the end [N·m]."""
+    """Return a row's torque at a steady speed, its mean over a revolution of the loose gear, in the end [N·m]."""
     turn = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
     return float(np.mean(resisting(row, np.full_like(turn, speed), turn)))
 

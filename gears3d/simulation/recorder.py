@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 
 SLOW = 2.0 * pi / 60.0  # Speed of slow turns unless given: 1 rpm, as Rigaud & Perret-Liaudet 2020 turn [rad/s]
-# Samples a turn at most of slow turns: as fine as any order asks for; no whole number, so that counts of encoders do
-# not come again turn by turn
+# Samples per revolution of slow turns, at most: as fine as any order asks for; no whole number, so that counts of
+# encoders do not come again turn by turn
 PER_TURN = 9973.618
 FEWEST, MOST = 10, 60  # Turns unless given: at least and at most, in whole hunting cycles where there are that many
 RANGE = (0.5, 1.6)  # Of the speed fluctuation, over that at which Λ = 1
@@ -57,22 +57,22 @@ def synthesize(
             back on the reverse ones.
         model: of the rattle test, as ``simulate`` takes it.
         seed: of the encoders' noise; that of the scenario unless given.
-        speed: at the start of a run-down, of the gear that turns, the loose one of both; of the drive in slow turns
+        speed: at the start of a coast-down, of the gear that turns, the loose one of both; of the drive in slow turns
             [rad/s].
-        turning: in a run-down: ``"loose"`` or ``"drive"`` out of mesh, ``"both"`` in mesh.
+        turning: in a coast-down: ``"loose"`` or ``"drive"`` out of mesh, ``"both"`` in mesh.
         amplitudes: of a threshold test: smallest and largest amplitude of the first harmonic's speed [rad/s].
         drive_drag: of the drive's own shaft when it runs down: dry [N·m], viscous [N·m·s/rad].
         turns: of the drive in slow turns, each way; unless given so many that orders of both gears come apart.
         progress: called now and then with the simulated time done [s].
 
     Returns:
-        Time and both angles at the encoders' rate, slow turns at no more than 9974 samples a turn, with noise, counts
-        and sensor effects.
+        Time and both angles at the encoders' rate, slow turns at no more than 9974 samples per revolution, with noise,
+        counts and sensor effects.
 
     Raises:
         InputError: the scenario is bad.
         UsageError: the test or the model is not known.
-        KeyboardInterrupt: the simulation was interrupted; half a record would pass for a whole one.
+        KeyboardInterrupt: the simulation was interrupted; half a record would look like a whole one.
 
     >>> from gears3d.scenario import load
     >>> synthesize(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"}))

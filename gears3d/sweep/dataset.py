@@ -194,7 +194,7 @@ def open_dataset(place: str | Path) -> xarray.Dataset:
         Coordinates are the varied keys with underscores, SI units in ``attrs``.
 
     Raises:
-        InputError: there is none.
+        InputError: it is missing.
         MissingExtraError: xarray is not installed.
     """
     refuse_lacking()

@@ -136,7 +136,7 @@ def open_plan(place: Path) -> Plan:
         place: of a sweep.
 
     Raises:
-        InputError: there is none.
+        InputError: it is missing.
     """
     try:
         return from_table(json.loads((place / PLAN).read_text(encoding="utf-8"))["plan"])

@@ -143,7 +143,7 @@ def test_impossible_deviations():
         pair.with_deviations(ToothDeviation("loose", "active", 91, 1e-6))
     with pytest.raises(InputError, match=r"amplitude: .*too large for its order.*at order 90 give at most \d"):
         pair.with_deviations(HarmonicDeviation("drive", "active", 90, 20e-6))
-    with pytest.raises(InputError, match=r"order: is 1.5 \(a flank closes after a turn"):
+    with pytest.raises(InputError, match=r"order: is 1.5 \(a flank is closed"):
         HarmonicDeviation("drive", "active", 1.5, 1e-6)
     with pytest.raises(InputError, match="flank: is 'left'"):
         HarmonicDeviation("drive", "left", 1, 1e-6)

@@ -23,11 +23,19 @@ CHECKED = [
     "docs/contracts.md",
     "docs/architecture.md",
     "docs/glossary.md",
-    "gears3d/views",
     "README.md",
-    "gears3d/cli",
+    "gears3d",
 ]
-"""Files and folders that are checked; others join as they are rewritten."""
+"""Files and folders that are checked."""
+OPEN = [
+    "gears3d/diagnosis/along_path.py",
+    "gears3d/diagnosis/path_fit.py",
+    "gears3d/diagnosis/path_search.py",
+    "gears3d/diagnosis/shooting.py",
+    "gears3d/identify",
+    "gears3d/measured",
+]
+"""Packages and modules that are not checked yet."""
 READ = {".py", ".md", ".j2", ".js"}
 CODE = re.compile(r"``[^`]*``|`[^`]*`|:\w+:`[^`]*`")
 
@@ -43,10 +51,11 @@ def lines_of(text: str, first: int = 1) -> Iterator[tuple[int, str]]:
 
 
 def python_prose(text: str) -> Iterator[tuple[int, str]]:
-    """Yield comments and strings of two words or more: a single word is a key or a code."""
+    """Yield comments and strings of two words or more, without examples and names of arguments: these are code."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
-            yield from lines_of(node.value, node.lineno)
+            for number, line in lines_of(node.value, node.lineno):
+                yield number, "" if line.lstrip().startswith((">>>", "...")) else re.sub(r"^\s*\w+:(?= )", "", line)
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type == tokenize.COMMENT:
             yield token.start[0], token.string
@@ -93,7 +102,9 @@ def findings(text: str, suffix: str) -> Iterator[tuple[int, str, str]]:
 def files() -> Iterator[Path]:
     for name in CHECKED:
         top = ROOT / name
-        yield from [top] if top.is_file() else (file for file in sorted(top.rglob("*")) if file.suffix in READ)
+        for file in [top] if top.is_file() else sorted(top.rglob("*")):
+            if file.suffix in READ and not any(file.is_relative_to(ROOT / one) for one in OPEN):
+                yield file
 
 
 @pytest.mark.parametrize("file", [one for one in files() if ".min." not in one.name], ids=lambda file: file.name)
@@ -112,6 +123,7 @@ def test_text_uses_the_terms_of_the_glossary(file):
         (".py", "x = f'{1} blows  # of {2}'  # a kink\n", [(1, "blows"), (1, "kink")]),
         (".md", "A rival.\n```\nrival\n```\n`rival` and\nit is none\n", [(1, "rival"), (6, "is none")]),
         (".j2", '{% if x is none %}<b>{{ y("the kink", struck) }}</b> anew\n', [(1, "kink"), (1, "anew")]),
+        (".py", '"""Text.\n\nstruck: a flank.\n\n>>> struck(blow) is None\n"""\n', []),
         (".js", 'const struck = "struck"; say("gear struck") // a blow\n', [(1, "struck"), (1, "blow")]),
         (".js", "say(`gear ${struck} hits`)\n", [(1, "hits")]),
         (".md", "Housekeeping, backstroke, a well-worn roominess.\n", []),

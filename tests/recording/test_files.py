@@ -81,7 +81,7 @@ def test_units_and_text_flanks_stand_in_the_files(tmp_path):
 def test_a_record_of_one_file_goes_there_and_back(tmp_path):
     for name in ("a.parquet", "a.csv"):
         assert read(measured().write(tmp_path / name)) == measured()
-    with pytest.raises(UsageError, match="one file has no room for the impacts"):
+    with pytest.raises(UsageError, match="one file cannot hold the impacts"):
         example().write(tmp_path / "b.csv")
     assert not (tmp_path / "b.csv").exists()
 

@@ -22,7 +22,7 @@ SENSORS = ("encoder_eccentricity", "encoder_skew")  # Kinds that act in :mod:`ge
 
 
 def values(effect: Any) -> dict[str, Any]:
-    """Return an effect as plain data: what the scenario says of it."""
+    """Return an effect as plain data: its table of the scenario."""
     return {"kind": effect.kind, **{name: getattr(effect, name) for name in effect.params}} | {
         name: value for name, value in vars(effect).items() if name.endswith("_family")
     }

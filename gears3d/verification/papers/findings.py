@@ -541,5 +541,5 @@ def record(paper: str, rows: list[dict[str, str]]) -> Path:
 
 
 def record_of(paper: str) -> Path:
-    """Return the file of the answers on record, beside the published rows of a paper."""
+    """Return the file of the answers on record, next to the published rows of a paper."""
     return file_of(paper).with_name("findings.csv")

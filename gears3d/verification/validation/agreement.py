@@ -135,7 +135,7 @@ def rigaud(figure: str) -> Scenario:
 
 
 def kadmiri(speed: int, excitation: float) -> Scenario:
-    """Return the pair 19:37 at a mean speed, with the drag of table 1, swinging twice a turn.
+    """Return the pair 19:37 at a mean speed, with the drag of table 1, with two periods of fluctuation per revolution.
 
     Units: ``speed`` [rpm].
 
@@ -236,7 +236,7 @@ def chaotic_claims() -> Iterator[Check]:
     """Give the checks of the chaotic case, bright steel on the bench of fig. 5: engine and twin by statistics.
 
     Two right simulations of it part after a few impacts, so their impacts are held by distribution, with the change of
-    speeds that these would have shown nine times in ten. The rate of impacts and their mean speed drift for minutes,
+    speeds that these detect with a probability of 90 %. The rate of impacts and their mean speed drift for minutes,
     which one run cannot tell from a difference: they are held over several runs from different phases of the drive.
     """
     runs = [(simulate(bright(phase)), simulate(bright(phase), "rigid")) for phase in PHASES]

@@ -66,7 +66,7 @@ def refined_backlash(pair: Pair, theta: float) -> float:
 
 
 def raw_error() -> float:
-    """Return how far Bullet's own measure of the backlash is off, both flanks together, over 0.4 s of figure 5 [m]."""
+    """Return the error of Bullet's own measure of the backlash, both flanks together, over 0.4 s of figure 5 [m]."""
     budget = simulate(fig5(run__duration="0.4 s")).meta["error_budget"]
     return abs(2.0 * (budget["raw_minus_refined_mean"] + budget["hull_margins"]))
 
@@ -80,7 +80,7 @@ def check_solids(quick: bool = False) -> Iterator[Check]:
         yield Check(f"{which}: chords off the involute", chord_error(pair, which), CHORD, "m")
     angles = np.linspace(0, 2 * np.pi, 181)
     worst = max(abs(refined_backlash(pair, float(theta)) - 250e-6) for theta in angles)
-    yield Check("backlash asked, refined on the flanks over a turn: largest error", worst, 0.01e-6, "m")
+    yield Check("backlash asked, refined on the flanks over a revolution: largest error", worst, 0.01e-6, "m")
     yield Check("backlash asked, raw in Bullet less its margins, both flanks: mean error", raw_error(), 0.5e-6, "m")
     yield Check("hull pieces: chord error", piece_budget(pair)["chord_error_m"], 0.2e-6, "m")
 
@@ -103,7 +103,7 @@ TWIN = {"gears.helix_angle": "25 deg"}  # The bench of figure 5 with helical tee
 
 
 def ratio_off(scenario: Scenario) -> float:
-    """Return how far the displacement of resting gears is off a constant on either flank, over a turn [m]."""
+    """Return how far the displacement of resting gears varies on either flank, over a revolution [m]."""
     pair = scenario.pair()
     times = np.linspace(0.0, 2.0 * pi / scenario.motion.mean, 400)
     off = 0.0
@@ -131,7 +131,7 @@ def lines_off(scenario: Scenario) -> float:
 
 
 def thrust_off(made: Recording, scenario: Scenario) -> float:
-    """Return how far axial over tangential impulse is off the tangent of the helix angle, relative."""
+    """Return how far axial over tangential impulse differs from the tangent of the helix angle, relative."""
     pair, hits = scenario.pair(), made.impacts
     mass = scenario.rig().inertia / pair.loose.base_radius**2
     tangential = mass * (hits["rebound_m_s"] - hits["velocity_m_s"]) * cos(pair.working_pressure_angle)
@@ -141,7 +141,7 @@ def thrust_off(made: Recording, scenario: Scenario) -> float:
 def check_helical(quick: bool = False) -> Iterator[Check]:
     """Helical gears: lines of contact, ratio and thrust are those of geometry, impacts those of the twin."""
     unequal = fig5(motion__harmonics=[]).with_({**UNEQUAL, "run.duration": "1 s"})
-    yield Check("19:31 with shifts, 25 deg: ratio off a constant, over a turn", ratio_off(unequal), 1e-7, "m")
+    yield Check("19:31 with shifts, 25 deg: ratio off a constant, over a revolution", ratio_off(unequal), 1e-7, "m")
     yield Check("19:31 with shifts, 25 deg: ends of lines of contact off", lines_off(unequal), 1e-9, "m")
     for restitution in (0.3,) if quick else (0.3, 0.7):
         scenario = fig5(impact__restitution=restitution).with_(TWIN)
@@ -203,7 +203,7 @@ def varying(duration: float) -> Scenario:
 
 
 def work_off(made: Recording, scenario: Scenario) -> float:
-    """Return how far the works on the loose gear are off its kinetic energy, in parts of what impacts and drag take.
+    """Return how far the works on the loose gear differ from its kinetic energy, in parts of the loss.
 
     In flight drag takes energy, at an impact the drive gives some and the flanks lose some; stretches of permanent
     contact are left out.

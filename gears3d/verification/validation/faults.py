@@ -91,7 +91,7 @@ OFFSET, PHASE = 40e-6, 0.6  # m and rad
 
 
 def resting(model: str, gear: str, flank: str) -> Recording:
-    """Run a turn at constant speed with the loose gear resting on one flank."""
+    """Run a revolution at constant speed with the loose gear resting on one flank."""
     effect = {"kind": "eccentricity", "gear": gear, "offset": f"{OFFSET} m", "phase": f"{PHASE} rad"}
     mean = "60 rpm" if flank == "active" else "-60 rpm"
     scenario = fig5(motion__harmonics=[], motion__mean=mean, drag__torque="5 N m", start__state=flank)

@@ -40,7 +40,7 @@ def check_threshold(quick: bool = False) -> Iterator[Check]:
 
 
 BOUND = 1e-7  # 0.1 um
-# Few teeth on the bench of figure 5, so that a turn takes seconds
+# Few teeth on the bench of figure 5, so that a revolution takes seconds
 SMALL = {
     "gears.module": "12 mm", "gears.face_width": "30 mm", "gears.drive.teeth": 20, "gears.loose.teeth": 20,
     "mount.backlash": "150 um", "drag.torque": "0.5 N m", "motion.mean": "200 rpm",
@@ -53,7 +53,7 @@ OFFSET, PHASE = 30e-6, 0.7  # Of eccentric teeth: m and rad
 
 
 def turned(*effects: dict[str, Any]) -> tuple[Scenario, StaticError]:
-    """Return a bench with effects, and what a turn each way gives."""
+    """Return a bench with effects, and the result of a revolution each way."""
     scenario = fig5().with_({**SMALL, "effect": list(effects)})
     return scenario, static_error(scenario, turns=1.0)
 
@@ -80,7 +80,7 @@ def perfect() -> Iterator[Check]:
     """Give the check of perfect gears."""
     scenario, found = turned()
     off = float(np.abs(found.backlash - scenario.pair().backlash).max())
-    yield Check("perfect gears: backlash over a turn off", off, BOUND, "m")
+    yield Check("perfect gears: backlash over a revolution off", off, BOUND, "m")
 
 
 def pitch_errors() -> Iterator[Check]:
@@ -113,7 +113,7 @@ def eccentric(gear: str) -> Iterator[Check]:
     yield Check(f"{case}: phi off, rms", rms(found.phi - phi), BOUND, "m")
     yield Check(f"{case}: psi off, rms", rms(found.psi - pair.backlash - psi), BOUND, "m")
     off = float(np.abs(found.backlash - pair.backlash - opened).max())
-    yield Check(f"{case}: backlash over a turn off, anywhere", off, BOUND, "m")
+    yield Check(f"{case}: backlash over a revolution off, anywhere", off, BOUND, "m")
 
 
 def check_ste(quick: bool = False) -> Iterator[Check]:
