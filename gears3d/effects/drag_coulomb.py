@@ -1,4 +1,4 @@
-"""Dry friction on the loose gear besides the base drag."""
+"""Coulomb drag (dry friction) on the loose gear, in addition to the base drag."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from gears3d.effects.rows import Row, torque_constant
 @register
 @dataclass(frozen=True)
 class DragCoulomb:
-    """Constant torque against the direction of motion, with stiction at rest; it adds to the base drag.
+    """Constant torque against the motion, C = torque·sgn Ω, with stiction at rest; it adds to the base drag.
 
+    Closed form: :func:`gears3d.laws.drag.coulomb`; evaluated in ``engine.torques`` and ``lumped.torques``.
     A negative torque is a deviation: base drag that was stated too large. All dry drag together must not be negative.
     Source: Rigaud & Perret-Liaudet 2020, coast-down of the loose gear at constant deceleration.
 

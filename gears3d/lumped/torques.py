@@ -19,7 +19,7 @@ def torque(m, state, phase, sign, k, w):
     """Return the resisting torque's coefficient of order k; ``sign`` is the direction that dry friction resists."""
     base = at.BASE + 3 * phase
     total = m[base + 1] * w[at.OMEGA2, k]
-    if k == 0:
+    if k == 0:  # Coulomb drag, base and rows TORQUE_CONSTANT
         total += m[base] * sign - m[base + 2]
     for i in range(int(m[at.N_TORQUES])):
         row, own = int(m[at.AT_TORQUES]) + at.PER_TORQUE * i, at.ROWS + 2 * i
