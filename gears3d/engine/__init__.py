@@ -3,6 +3,6 @@
 from gears3d.engine.run import bodies as bodies
 from gears3d.engine.run import prepared as prepared
 from gears3d.engine.run import simulate as simulate
-from gears3d.engine.shots import Bench as Bench
+from gears3d.engine.single_steps import Bench as Bench
 from gears3d.engine.streaming import stream as stream
 from gears3d.engine.world import Body as Body

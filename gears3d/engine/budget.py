@@ -18,7 +18,7 @@ from gears3d.errors import EngineError
 from gears3d.gears import piece_budget
 
 if TYPE_CHECKING:
-    from gears3d.engine.closing import Plant
+    from gears3d.engine.closing import ContactSystem
     from gears3d.gears import Pair
 
 WIDENINGS = 6  # the gears count as out of mesh when the search for near teeth was widened this often
@@ -57,12 +57,12 @@ class Watch:
         self.allowed = self._parts["gap_error_m"] + self._parts["tilt_error_m"]
         self.queries = 0
 
-    def look(self, world: World, plant: Plant, time: float, theta_loose: float) -> None:
+    def look(self, world: World, system: ContactSystem, time: float, theta_loose: float) -> None:
         """Query Bullet once with the gears posed as at ``time`` [s], find the candidate teeth, and check the raw gaps.
 
         A raw gap that differs from the refined one by more than the hulls can account for is an EngineError.
         """
-        theta_drive = drive_at(plant.motion, time)[0]
+        theta_drive = drive_at(system.motion, time)[0]
         known = self.nearby.known(theta_drive)
         reach = self.nearby.touching if known else self.nearby.reach
         found, raw = self._near(world, theta_drive, theta_loose, time, reach)

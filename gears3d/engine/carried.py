@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from gears3d.effects.rows import WIDTH, Code, Row
-from gears3d.engine.closing import Plant
+from gears3d.engine.closing import ContactSystem
 from gears3d.engine.compile import inner
 from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
@@ -70,7 +70,7 @@ def resolved(row, light, twist, rate):
 
 
 @inner
-def foresee(plant: Plant, teeth: np.ndarray, row: np.ndarray, s, duration: float) -> None:
+def foresee(system: ContactSystem, teeth: np.ndarray, row: np.ndarray, s, duration: float) -> None:
     """Write the spring's torque over the next step, in which the loose gear follows a rigid flank.
 
     ``row`` is that of the body in the table of torques, ``teeth`` (n, 3) are candidate tooth pairs, ``duration`` is
@@ -79,8 +79,8 @@ def foresee(plant: Plant, teeth: np.ndarray, row: np.ndarray, s, duration: float
     hand_over(row, s)
     if duration <= 0.0:
         return
-    angle, _, alpha = drive_at(plant.motion, s.time)
-    _, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, s.place - 1, angle, s.theta))
+    angle, _, alpha = drive_at(system.motion, s.time)
+    _, by_drive, by_loose, _ = call_side(system.surfaces.side, (system.surfaces, teeth, s.place - 1, angle, s.theta))
     accel = -by_drive * alpha / by_loose
     start, h = row[CUBIC], duration / PARTS
     torques, state = (start, start, start), (s.body[0], s.body[1])

@@ -27,7 +27,7 @@ HALVINGS = 60
 GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
 
 
-class Plant(Record):
+class ContactSystem(Record):
     """The constants of a run.
 
     Args:
@@ -87,12 +87,12 @@ def through(start: Arc, duration: float, first: float, second: float) -> Arc:
 
 
 @inner
-def flight_arc(plant: Plant, place: int, start: Arc, duration: float) -> Arc:
+def flight_arc(system: ContactSystem, place: int, start: Arc, duration: float) -> Arc:
     """Return the flight under the torques for ``duration`` [s]: exact for constant ones, else of fourth order.
 
     ``place`` is FREE, ON_ACTIVE or ON_REVERSE; acceleration and jerk of ``start`` are not used.
     """
-    torques, inertia = plant.torques, plant.inertia
+    torques, inertia = system.torques, system.inertia
     direction = np.sign(start.omega)
     first = acceleration(torques, inertia, place, start.time, start.theta, start.omega, direction)
     if direction == 0.0:
@@ -117,65 +117,67 @@ def flight_arc(plant: Plant, place: int, start: Arc, duration: float) -> Arc:
 
 
 @inner
-def gap_along(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, after: float) -> tuple[float, float]:
+def gap_along(system: ContactSystem, teeth: np.ndarray, side: int, arc: Arc, after: float) -> tuple[float, float]:
     """Return gap [m] and gap rate [m/s] of one side, ``after`` seconds into a flight."""
-    angle, speed, _ = drive_at(plant.motion, arc.time + after)
+    angle, speed, _ = drive_at(system.motion, arc.time + after)
     gap, by_drive, by_loose, _ = call_side(
-        plant.surfaces.side, (plant.surfaces, teeth, side, angle, angle_after(arc, after))
+        system.surfaces.side, (system.surfaces, teeth, side, angle, angle_after(arc, after))
     )
     return gap, by_drive * speed + by_loose * speed_after(arc, after)
 
 
 @inner
-def closing_within(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, longest: float) -> float:
+def closing_within(system: ContactSystem, teeth: np.ndarray, side: int, arc: Arc, longest: float) -> float:
     """Return when the gap of one side first closes, or -1 if it stays open for ``longest`` seconds.
 
     A gap that starts closed and is opening must first open; a minimum between two evaluations is found, too.
     """
     low = 0.0
-    gap_low, rate_low = gap_along(plant, teeth, side, arc, 0.0)
+    gap_low, rate_low = gap_along(system, teeth, side, arc, 0.0)
     if gap_low < -TOUCH and rate_low <= 0.0:
         return 0.0
     for part in range(1, PARTS + 1):
         high = longest * part / PARTS
-        gap_high, rate_high = gap_along(plant, teeth, side, arc, high)
+        gap_high, rate_high = gap_along(system, teeth, side, arc, high)
         if gap_high <= (-TOUCH if gap_low <= TOUCH else 0.0):
             start = low
             closed = 0.0
             if gap_low <= TOUCH:
-                start = _turn(plant, teeth, side, arc, low, high, 1.0)
-                if gap_along(plant, teeth, side, arc, start)[0] <= UNSEEN:  # it does not open by more than rounding
+                start = _turn(system, teeth, side, arc, low, high, 1.0)
+                if gap_along(system, teeth, side, arc, start)[0] <= UNSEEN:  # it does not open by more than rounding
                     closed = -TOUCH
-            return _root(plant, teeth, side, arc, start, high, closed)
+            return _root(system, teeth, side, arc, start, high, closed)
         if rate_low < 0.0 < rate_high and gap_low > TOUCH:
-            dip = _turn(plant, teeth, side, arc, low, high, -1.0)
-            gap_dip, _ = gap_along(plant, teeth, side, arc, dip)
+            dip = _turn(system, teeth, side, arc, low, high, -1.0)
+            gap_dip, _ = gap_along(system, teeth, side, arc, dip)
             if gap_dip < -TOUCH:
-                return _root(plant, teeth, side, arc, low, dip, 0.0)
+                return _root(system, teeth, side, arc, low, dip, 0.0)
         low, gap_low, rate_low = high, gap_high, rate_high
     return -1.0
 
 
 @inner
-def _turn(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high: float, sign: float) -> float:
+def _turn(system: ContactSystem, teeth: np.ndarray, side: int, arc: Arc, low: float, high: float, sign: float) -> float:
     """Return where the gap rate, of this sign at ``low``, changes it: the top (+1) or bottom (-1) of the gap."""
-    first = sign * gap_along(plant, teeth, side, arc, low)[1]
-    last = sign * gap_along(plant, teeth, side, arc, high)[1]
+    first = sign * gap_along(system, teeth, side, arc, low)[1]
+    last = sign * gap_along(system, teeth, side, arc, high)[1]
     if first <= -GLIDING:
         return low
     bracket = first_bracket(low, max(first, LEAST_RATE), high, last)
     while wider(bracket, arc.time):
         at = proposed(bracket, arc.time)
-        bracket = narrowed(bracket, at, sign * gap_along(plant, teeth, side, arc, at)[1])
+        bracket = narrowed(bracket, at, sign * gap_along(system, teeth, side, arc, at)[1])
     return above(bracket)
 
 
 @inner
-def _root(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high: float, closed: float) -> float:
+def _root(
+    system: ContactSystem, teeth: np.ndarray, side: int, arc: Arc, low: float, high: float, closed: float
+) -> float:
     """Return where the gap, above ``closed`` at ``low``, falls to that: Newton's method in a shrinking bracket."""
     at = high
     for _ in range(2 * HALVINGS):
-        gap, rate = gap_along(plant, teeth, side, arc, at)
+        gap, rate = gap_along(system, teeth, side, arc, at)
         gap -= closed
         if gap > 0.0:
             low = at
@@ -207,7 +209,7 @@ def _stop_within(arc: Arc, longest: float) -> float:
 
 @inner
 def plan_flight(
-    plant: Plant, teeth: np.ndarray, start: Arc, longest: float, left: int
+    system: ContactSystem, teeth: np.ndarray, start: Arc, longest: float, left: int
 ) -> tuple[float, Arc, int, float]:
     """Return how long the next step of a flight is [s], its path, how it ends, and how far it gets from a flank [m].
 
@@ -216,33 +218,33 @@ def plan_flight(
     largest gap of the flank ``left``.
     """
     duration, event = longest, NOTHING
-    arc = flight_arc(plant, FREE, start, duration)
+    arc = flight_arc(system, FREE, start, duration)
     for _ in range(6):
         reach, found = longest, NOTHING
         stop = _stop_within(arc, longest)
         if stop >= 0.0:
             reach, found = stop, STOPS
         for side in range(2):
-            root = closing_within(plant, teeth, side, arc, reach)
+            root = closing_within(system, teeth, side, arc, reach)
             if root >= 0.0:
                 reach, found = root, CLOSES_ACTIVE + side
         settled = abs(reach - duration) <= 1e-15
         duration, event = reach, found
         if settled:
             break
-        new = flight_arc(plant, FREE, start, duration)
+        new = flight_arc(system, FREE, start, duration)
         if new.accel == arc.accel and new.jerk == arc.jerk:
             break
         arc = new
-    return duration, arc, event, highest(plant, teeth, left, arc, duration)
+    return duration, arc, event, highest(system, teeth, left, arc, duration)
 
 
 @inner
-def highest(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, duration: float) -> float:
+def highest(system: ContactSystem, teeth: np.ndarray, side: int, arc: Arc, duration: float) -> float:
     """Return the largest gap of one side during a step of flight [m]."""
-    _, rate_low = gap_along(plant, teeth, side, arc, 0.0)
-    gap_high, rate_high = gap_along(plant, teeth, side, arc, duration)
+    _, rate_low = gap_along(system, teeth, side, arc, 0.0)
+    gap_high, rate_high = gap_along(system, teeth, side, arc, duration)
     if rate_low > -GLIDING and rate_high < 0.0:
-        top, _ = gap_along(plant, teeth, side, arc, _turn(plant, teeth, side, arc, 0.0, duration, 1.0))
+        top, _ = gap_along(system, teeth, side, arc, _turn(system, teeth, side, arc, 0.0, duration, 1.0))
         return max(top, gap_high)
     return gap_high

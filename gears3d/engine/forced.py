@@ -18,10 +18,10 @@ from gears3d.engine.carried import INERTIA, body_among, hand_over, pull_of, reso
 from gears3d.engine.closing import GLIDING
 from gears3d.engine.compile import inner
 from gears3d.engine.films import film_push
-from gears3d.engine.holding import resolution
 from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
 from gears3d.engine.moving import GO_ON, NO_NUMBER, NOBODY, gap_of
+from gears3d.engine.sustained_contact import resolution
 from gears3d.engine.torques import FREE, resisting
 from gears3d.integrator import DENSE, END, NEVER, STAGES, inside, integrator, judge, locator, off
 
@@ -72,13 +72,13 @@ class Now(NamedTuple):
 
 
 @inner
-def _push(plant, springs, teeth, s, side, drive, loose):
+def _push(system, springs, teeth, s, side, drive, loose):
     """Return gap [m], its rate [m/s], lever [m], force of film and of compliant flank [N] of one side."""
-    gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, drive[0], loose[0]))
+    gap, by_drive, by_loose, _ = call_side(system.surfaces.side, (system.surfaces, teeth, side, drive[0], loose[0]))
     rate = by_drive * drive[1] + by_loose * loose[1]
     film = spring = 0.0
-    if plant.film.minimum > 0.0:
-        film = film_push(plant.film, gap, rate, s.squeezed[side] != 0, (drive[1], loose[1]))
+    if system.film.minimum > 0.0:
+        film = film_push(system.film, gap, rate, s.squeezed[side] != 0, (drive[1], loose[1]))
     if side == s.place - 1 and s.pushing != 0:
         spring = -springs[0, 0] * gap - springs[0, 1] * rate
     return gap, rate, by_loose, film, spring
@@ -87,33 +87,33 @@ def _push(plant, springs, teeth, s, side, drive, loose):
 @inner
 def _acting(given, t, y):
     """Return all that acts at one instant."""
-    plant, springs, teeth, s, body = given
-    angle, speed, _ = drive_at(plant.motion, t)
+    system, springs, teeth, s, body = given
+    angle, speed, _ = drive_at(system.motion, t)
     drive, loose = (angle, speed), (y[0], y[1])
-    gap0, rate0, lever0, film0, spring0 = _push(plant, springs, teeth, s, 0, drive, loose)
-    gap1, rate1, lever1, film1, spring1 = _push(plant, springs, teeth, s, 1, drive, loose)
+    gap0, rate0, lever0, film0, spring0 = _push(system, springs, teeth, s, 0, drive, loose)
+    gap1, rate1, lever1, film1, spring1 = _push(system, springs, teeth, s, 1, drive, loose)
     pull = (film0 + spring0) * lever0 + (film1 + spring1) * lever1
     passing = 0.0 if s.flank == NOBODY else film0 + spring0 if s.flank == 0 else film1 + spring1
-    rows, twisting = plant.torques, 0.0
+    rows, twisting = system.torques, 0.0
     if body >= 0:
         twisting = pull_of(rows[body], y[2] - y[0], y[3] - y[1])
         rows = rows[:body]
     plain, dry = resisting(rows, s.place, t, y[0], y[1])
     spring = spring0 + spring1
-    dry += plant.friction * max(spring, 0.0)
+    dry += system.friction * max(spring, 0.0)
     return Now((gap0, rate0), (gap1, rate1), spring, passing, pull + twisting - plain, dry, twisting)
 
 
 @inner
 def _write(given, y, now, k):
     """Write the rates of the state."""
-    plant, _, _, s, body = given
+    system, _, _, s, body = given
     k[0] = k[1] = 0.0
     if s.sense != 0.0:
-        k[0], k[1] = y[1], (now.pull - s.sense * now.dry) / plant.inertia
+        k[0], k[1] = y[1], (now.pull - s.sense * now.dry) / system.inertia
     i = 2
     if body >= 0:
-        k[2], k[3], i = y[3], -now.twisting / plant.torques[body, INERTIA], 4
+        k[2], k[3], i = y[3], -now.twisting / system.torques[body, INERTIA], 4
     k[i], k[i + 1], k[i + 2] = now.passing, now.active[1], now.reverse[1]
 
 
@@ -128,7 +128,7 @@ def _outlook(given, t, y, g, k):
     """Write functions of which one falls below zero at an event, and rates; return both gaps [m]."""
     now = _acting(given, t, y)
     _write(given, y, now, k)
-    plant, springs, _, s, _ = given
+    system, springs, _, s, _ = given
     finest = resolution(y[0])
     g[STOPS] = s.sense * y[1] if s.sense != 0.0 else now.dry - abs(now.pull)
     for side in range(2):
@@ -143,11 +143,11 @@ def _outlook(given, t, y, g, k):
             g[TOUCHES + side] = -gap
             if springs[0, 1] > 0.0:
                 g[FLIPS + side] = now.spring if s.pushing != 0 else springs[0, 0] * gap + springs[0, 1] * rate
-        if plant.film.minimum > 0.0:
+        if system.film.minimum > 0.0:
             if closes and s.flank == NOBODY:
-                g[BORDERS + side] = gap - plant.film.felt
+                g[BORDERS + side] = gap - system.film.felt
             elif not closes and s.flank == side:
-                g[BORDERS + side] = plant.film.felt - gap
+                g[BORDERS + side] = system.film.felt - gap
     return now.active[0], now.reverse[0]
 
 
@@ -158,7 +158,7 @@ _first = locator(_outlook)
 @inner
 def _wake(given, y, g, k):
     """Write the state of the integrator, its rates and the functions of its events at the begin of a step."""
-    plant, _, _, s, body = given
+    system, _, _, s, body = given
     y[:] = 0.0
     y[0], y[1] = s.theta, s.omega
     if body >= 0:
@@ -170,7 +170,7 @@ def _wake(given, y, g, k):
         s.sense = 0.0 if abs(now.pull) <= now.dry else np.sign(now.pull)
     for side in range(2):
         rate = now.active[1] if side == 0 else now.reverse[1]
-        if abs(rate) > GLIDING and (side != s.flank or plant.film.minimum == 0.0):
+        if abs(rate) > GLIDING and (side != s.flank or system.film.minimum == 0.0):
             s.squeezed[side] = 1 if rate < 0.0 else 0
     _outlook(given, s.time, y, g, k[0])
 
@@ -178,8 +178,8 @@ def _wake(given, y, g, k):
 @inner
 def _error(given, y, k, h, gaps):
     """Return the error of a step in parts of the tolerance of a narrower gap and its rate, see the constants."""
-    plant, _, _, _, body = given
-    radius, layer = plant.surfaces.edged.flanks.gears[1, 0], plant.film.minimum
+    system, _, _, _, body = given
+    radius, layer = system.surfaces.edged.flanks.gears[1, 0], system.film.minimum
     slack = NARROWEST * (gaps[0] + gaps[1])
     narrow = max(abs(min(gaps[0], gaps[1]) + layer), layer if layer > 0.0 else slack)
     rate = abs(k[END, k.shape[1] - 2])
@@ -206,27 +206,27 @@ def _wavers(s, k):
 @inner
 def _longest(given, y):
     """Return the longest step [s] that resolves oscillations on compliant flanks and of a carried body."""
-    plant, springs, _, s, body = given
+    system, springs, _, s, body = given
     longest = math.inf
     if s.place != FREE:
-        mass = plant.inertia / plant.surfaces.edged.flanks.gears[1, 0] ** 2
+        mass = system.inertia / system.surfaces.edged.flanks.gears[1, 0] ** 2
         longest = 1.0 / (math.sqrt(springs[0, 0] / mass) + springs[0, 1] / mass)
     if body >= 0:
-        row = plant.torques[body]
-        light = 1.0 / plant.inertia + 1.0 / row[INERTIA]
+        row = system.torques[body]
+        light = 1.0 / system.inertia + 1.0 / row[INERTIA]
         longest = min(longest, resolved(row, light, y[2] - y[0], y[3] - y[1]))
     return longest
 
 
 @inner
-def forced_step(plant, rules, teeth, s, blocks, work, longest):
+def forced_step(system, rules, teeth, s, blocks, work, longest):
     """Do one step under forces of the gap; return the fault, or GO_ON, and the event at its end, or ON.
 
     ``teeth`` (n, 3) are candidate pairs, ``work`` the arrays of :func:`workspace`, ``longest`` [s] limits the step.
     """
     y, end, between, k, dense, g, ahead, values, seen, held = work
-    body = body_among(plant.torques)
-    given, motions, t = (plant, rules.springs, teeth, s, body), 2 if body < 0 else 4, s.time
+    body = body_among(system.torques)
+    given, motions, t = (system, rules.springs, teeth, s, body), 2 if body < 0 else 4, s.time
     if s.fresh == 0:
         _wake(given, y, g, k)
     accepted, h = False, 0.0
@@ -276,6 +276,6 @@ def forced_step(plant, rules, teeth, s, blocks, work, longest):
     elif event < TOUCHES:
         s.squeezed[event - TURNS] = 1 - s.squeezed[event - TURNS]
     if body >= 0:
-        hand_over(plant.torques[body], s)
-    s.height = max(s.height, gap_of(plant, teeth, s, s.left)[0])
+        hand_over(system.torques[body], s)
+    s.height = max(s.height, gap_of(system, teeth, s, s.left)[0])
     return GO_ON, event

@@ -11,11 +11,10 @@ import numpy as np
 
 from gears3d.effects.rows import Code, Flank
 from gears3d.engine.budget import COMPARE_AFTER, Watch
-from gears3d.engine.closing import Plant
+from gears3d.engine.closing import ContactSystem
 from gears3d.engine.faults import jammed, jammed_at_start, not_a_number, not_closed, standing, sunk
 from gears3d.engine.films import film_push
 from gears3d.engine.forced import FIRST_STEP, TOLERANCE, workspace
-from gears3d.engine.holding import on_flank, softly, supporting
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.lines import line_gap, turn_of
 from gears3d.engine.log import Impact, Log
@@ -37,6 +36,7 @@ from gears3d.engine.moving import (
     Blocks,
     Rules,
 )
+from gears3d.engine.sustained_contact import on_flank, softly, supporting
 from gears3d.engine.world import World
 from gears3d.errors import EngineError
 
@@ -49,7 +49,7 @@ HALVINGS = 100
 
 @dataclass
 class Settings:
-    """The settings of a located run in addition to the plant.
+    """The settings of a located run in addition to the system.
 
     Args:
         duration: of the run [s].
@@ -81,7 +81,7 @@ class Located:
 
     Args:
         world: Bullet, with its own response switched off.
-        plant: surfaces, motion, torques, inertia, film.
+        system: surfaces, motion, torques, inertia, film.
         settings: of the run.
         watch: queries Bullet for the near teeth and compares its gaps with the refined ones.
         log: samples and impacts.
@@ -92,14 +92,14 @@ class Located:
     def __init__(
         self,
         world: World,
-        plant: Plant,
+        system: ContactSystem,
         settings: Settings,
         watch: Watch,
         log: Log,
         blind: bool = False,
         events: int = EVENTS,
     ) -> None:
-        self.world, self.plant, self.settings, self.watch, self.log = world, plant, settings, watch, log
+        self.world, self.system, self.settings, self.watch, self.log = world, system, settings, watch, log
         self.contacts: list[tuple[int, float, float]] = []
         law = settings.law
         self._rules = Rules(
@@ -115,8 +115,10 @@ class Located:
             settings.deepest,
             settings.tolerance,
         )
-        self._work = workspace(plant.torques)
-        forced = settings.springs.size or plant.film.minimum > 0.0 or (plant.torques[:, 0] == Code.TORQUE_CARRIED).any()
+        self._work = workspace(system.torques)
+        forced = (
+            settings.springs.size or system.film.minimum > 0.0 or (system.torques[:, 0] == Code.TORQUE_CARRIED).any()
+        )
         self._advance = advance_forced if forced else advance_rigid
         self._state = np.zeros(1, STATE)
         self.state: Any = self._state[0]
@@ -165,7 +167,7 @@ class Located:
         self.state["samples"] = log.written
         blocks = Blocks(log.times, log.rows, self._hits, self._ends, self._draws)
         why = self._advance(
-            self.plant, self._rules, (nearby.table, nearby.rows), self._state, blocks, self._work, (STEPS, log.goes_on)
+            self.system, self._rules, (nearby.table, nearby.rows), self._state, blocks, self._work, (STEPS, log.goes_on)
         )
         log.written = int(self.state["samples"])
         if why == QUERY:
@@ -179,10 +181,10 @@ class Located:
 
     def _query(self) -> None:
         """Pose the gears in Bullet, and query the near teeth."""
-        angle, speed, _ = drive_at(self.plant.motion, self.time)
+        angle, speed, _ = drive_at(self.system.motion, self.time)
         theta, omega = float(self.state["theta"]), float(self.state["omega"])
         self.world.place((angle, theta), (speed, omega))
-        self.watch.look(self.world, self.plant, self.time, theta)
+        self.watch.look(self.world, self.system, self.time, theta)
         self.state["asked"] = angle
 
     def _drain(self) -> None:
@@ -203,9 +205,9 @@ class Located:
         drive, loose = int(hit["drive"]), int(hit["loose"])
         frequency, phase = self.settings.stroke
         height = axial = math.nan
-        shape = self.plant.surfaces
+        shape = self.system.surfaces
         if not shape.planar:
-            angle = drive_at(self.plant.motion, float(hit["met"]))[0]
+            angle = drive_at(self.system.motion, float(hit["met"]))[0]
             at = (angle, float(hit["theta"]), drive, loose, side)
             _, _, lever, height, _ = line_gap(shape.along, *at)
             # a flank's normal leans to the axis as its section turns with the height, times its lever
@@ -233,9 +235,9 @@ class Located:
 
     def _begin(self) -> None:
         """Put the gears where the scenario starts and check that they are not jammed."""
-        state, shape = self.state, self.plant.surfaces
+        state, shape = self.state, self.system.surfaces
         self._query()
-        angle, speed, _ = drive_at(self.plant.motion, 0.0)
+        angle, speed, _ = drive_at(self.system.motion, 0.0)
         teeth = self.watch.nearby.teeth(angle)
         gaps = [side_gap(shape, teeth, side, angle, float(state["theta"])) for side in (0, 1)]
         if gaps[0][0] + gaps[1][0] <= 0.0:
@@ -251,14 +253,14 @@ class Located:
 
     def _begin_on(self, teeth: np.ndarray, side: Flank) -> None:
         """Begin in contact with a flank if contact holds, else with no relative speed, or float on its oil film."""
-        state, plant, springs = self.state, self.plant, self.settings.springs
-        theta, omega = on_flank(plant, teeth, int(side), 0.0, float(state["theta"]))
+        state, system, springs = self.state, self.system, self.settings.springs
+        theta, omega = on_flank(system, teeth, int(side), 0.0, float(state["theta"]))
         state["omega"], state["left"] = omega, int(side)
-        soft = softly(plant, 0.0, self.settings.stick_velocity)
-        force = supporting(plant, teeth, int(side), 0.0, theta, soft)[1]
-        angle = drive_at(plant.motion, 0.0)[0]
-        lever = side_gap(plant.surfaces, teeth, int(side), angle, theta)[2]
-        oiled = plant.film.minimum > 0.0
+        soft = softly(system, 0.0, self.settings.stick_velocity)
+        force = supporting(system, teeth, int(side), 0.0, theta, soft)[1]
+        angle = drive_at(system.motion, 0.0)[0]
+        lever = side_gap(system.surfaces, teeth, int(side), angle, theta)[2]
+        oiled = system.film.minimum > 0.0
         state["stays"] = oiled or force >= 0.0
         if oiled or (springs.size and force >= 0.0):
             state["flank"] = int(side)
@@ -267,7 +269,7 @@ class Located:
         if oiled and (springs.size or force < 0.0):
             gap = self._rests_at(teeth, int(side), force, (theta, omega))
             theta += gap / lever
-            if gap >= plant.film.felt:
+            if gap >= system.film.felt:
                 state["flank"], state["stays"] = NOBODY, False
         elif springs.size and force >= 0.0:
             theta -= force / springs[0, 0] / lever
@@ -279,9 +281,9 @@ class Located:
         ``teeth`` (n, 3) may touch, ``side`` is 0 active, 1 reverse; ``force`` [N] is that of a rigid flank under oil,
         negative where it would have to pull; ``loose`` is angle [rad] and speed [rad/s] of the loose gear on the flank.
         """
-        film, springs = self.plant.film, self.settings.springs
-        angle, speed, _ = drive_at(self.plant.motion, 0.0)
-        whole, speeds = side_gap(self.plant.surfaces, teeth, 1 - side, angle, loose[0])[0], (speed, loose[1])
+        film, springs = self.system.film, self.settings.springs
+        angle, speed, _ = drive_at(self.system.motion, 0.0)
+        whole, speeds = side_gap(self.system.surfaces, teeth, 1 - side, angle, loose[0])[0], (speed, loose[1])
 
         def carried(gap: float) -> float:
             ours = film_push(film, gap, 0.0, False, speeds) - film_push(film, whole - gap, 0.0, False, speeds)

@@ -56,7 +56,7 @@ def fill_flight(arc: Arc, until: float, times: np.ndarray, first: int, out: np.n
 
 
 @inner
-def fill_contact(plant, teeth, side, ends, times, first, out):
+def fill_contact(system, teeth, side, ends, times, first, out):
     """Write the samples of a step with the gap held closed; return the first sample not written.
 
     ``ends`` holds time, angle, speed at start and end; between them a cubic, corrected by the gap measured there.
@@ -68,8 +68,8 @@ def fill_contact(plant, teeth, side, ends, times, first, out):
         y = 1.0 - x
         guess = y * y * ((1.0 + 2.0 * x) * theta + x * span * omega)
         guess += x * x * ((3.0 - 2.0 * x) * theta_end - y * span * omega_end)
-        angle, speed, _ = drive_at(plant.motion, times[first])
-        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, guess))
+        angle, speed, _ = drive_at(system.motion, times[first])
+        gap, by_drive, by_loose, _ = call_side(system.surfaces.side, (system.surfaces, teeth, side, angle, guess))
         out[first, 0] = guess - gap / by_loose
         out[first, 1] = -by_drive / by_loose * speed
         first += 1

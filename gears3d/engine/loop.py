@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from gears3d.engine.carried import INERTIA, PART, body_among, follow, foresee, resolved
-from gears3d.engine.closing import CLOSES_ACTIVE, CLOSES_REVERSE, STOPS, TOUCH, Plant, plan_flight
+from gears3d.engine.closing import CLOSES_ACTIVE, CLOSES_REVERSE, STOPS, TOUCH, ContactSystem, plan_flight
 from gears3d.engine.compile import entry, inner
 from gears3d.engine.faults import SUNK
-from gears3d.engine.holding import HELD, MEETS, on_flank, plan_contact, softly
 from gears3d.engine.log import fill_contact
 from gears3d.engine.motion import drive_at
 from gears3d.engine.moving import (
@@ -37,6 +36,7 @@ from gears3d.engine.moving import (
 )
 from gears3d.engine.nearby import until_edge
 from gears3d.engine.passages import bounce, passage_step
+from gears3d.engine.sustained_contact import HELD, MEETS, on_flank, plan_contact, softly
 from gears3d.engine.torques import FREE, until_kink
 
 STANDSTILL = 2000  # successive events without progress in time after which the run is given up
@@ -44,83 +44,83 @@ ROOM = 3  # largest number of impacts or contacts that one step may write
 
 
 @inner
-def _rigid_step(plant, rules, teeth, s, blocks, work, longest):
+def _rigid_step(system, rules, teeth, s, blocks, work, longest):
     """Do one step between rigid flanks; return the fault, or GO_ON."""
     if s.place != FREE:
-        return _ride(plant, rules, teeth, s, blocks, longest)
-    duration, arc, event, top = plan_flight(plant, teeth, here(s), longest, s.left)
+        return _ride(system, rules, teeth, s, blocks, longest)
+    duration, arc, event, top = plan_flight(system, teeth, here(s), longest, s.left)
     s.height = max(s.height, top)
     if not move(s, blocks, arc, duration):
         return NO_NUMBER
     if event == STOPS:
         s.omega = 0.0
     if event in (CLOSES_ACTIVE, CLOSES_REVERSE):
-        return bounce(plant, rules, teeth, s, blocks, event - CLOSES_ACTIVE)
+        return bounce(system, rules, teeth, s, blocks, event - CLOSES_ACTIVE)
     return GO_ON
 
 
 @inner
-def _forced_step(plant, rules, teeth, s, blocks, work, longest):
+def _forced_step(system, rules, teeth, s, blocks, work, longest):
     """Do one step between compliant or lubricated flanks, or with a carried body; return the fault, or GO_ON."""
     if s.place != FREE and rules.springs.shape[0] == 0:
         s.fresh = 0
-        return _ride(plant, rules, teeth, s, blocks, longest)
-    return passage_step(plant, rules, teeth, s, blocks, work, longest)
+        return _ride(system, rules, teeth, s, blocks, longest)
+    return passage_step(system, rules, teeth, s, blocks, work, longest)
 
 
 @inner
-def _ride(plant, rules, teeth, s, blocks, longest):
+def _ride(system, rules, teeth, s, blocks, longest):
     """Do one step of permanent contact with a rigid flank, and its event; return the fault, or GO_ON."""
     side = s.place - 1
-    fault, event = _hold(plant, rules, teeth, s, blocks, longest)
+    fault, event = _hold(system, rules, teeth, s, blocks, longest)
     if event == HELD:
         return fault
-    if plant.film.minimum == 0.0:
+    if system.film.minimum == 0.0:
         leave(s, blocks, side)
     else:  # still within its film
         s.place, s.squeezed[side] = FREE, 0
     if fault != GO_ON or event != MEETS:
         return fault
-    return bounce(plant, rules, teeth, s, blocks, side)
+    return bounce(system, rules, teeth, s, blocks, side)
 
 
 @inner
-def _hold(plant, rules, teeth, s, blocks, longest):
+def _hold(system, rules, teeth, s, blocks, longest):
     """Follow the flank in permanent contact; return the fault, or GO_ON, and how the step ends."""
     side = s.place - 1
-    gap = gap_of(plant, teeth, s, side)[0]
+    gap = gap_of(system, teeth, s, side)[0]
     if gap < -SUNK:
         s.fault = -gap
         return SINKS, HELD
-    body, begin = body_among(plant.torques), (s.time, s.theta, s.omega)
+    body, begin = body_among(system.torques), (s.time, s.theta, s.omega)
     if body >= 0:
-        spring = plant.torques[body]
+        spring = system.torques[body]
         twist, rate = s.body[0] - s.theta, s.body[1] - s.omega
         longest = min(longest, PART * resolved(spring, 1.0 / spring[INERTIA], twist, rate))
-        foresee(plant, teeth, spring, s, longest)
-    soft = softly(plant, s.time, rules.stick_velocity)
-    duration, event, row = plan_contact(plant, teeth, side, here(s), longest, soft)
+        foresee(system, teeth, spring, s, longest)
+    soft = softly(system, s.time, rules.stick_velocity)
+    duration, event, row = plan_contact(system, teeth, side, here(s), longest, soft)
     if duration > 0.0:
-        fault = _follow(plant, teeth, teeth[row : row + 1], s, blocks, side, duration)
+        fault = _follow(system, teeth, teeth[row : row + 1], s, blocks, side, duration)
         if fault != GO_ON:
             return fault, HELD
         if body >= 0:
-            follow(plant.torques[body], begin, s)
+            follow(system.torques[body], begin, s)
     return GO_ON, event
 
 
 @inner
-def _follow(plant, teeth, held, s, blocks, side, duration):
+def _follow(system, teeth, held, s, blocks, side, duration):
     """Put the loose gear on the held teeth at the end of a step; check the gap of the other flank."""
     until = s.time + duration
-    theta, omega = on_flank(plant, held, side, until, s.theta + s.omega * duration)
+    theta, omega = on_flank(system, held, side, until, s.theta + s.omega * duration)
     if not (math.isfinite(theta) and math.isfinite(omega)):
         return NO_NUMBER
     ends = (s.time, s.theta, s.omega, until, theta, omega)
-    s.samples = fill_contact(plant, held, side, ends, blocks.times, s.samples, blocks.loose)
+    s.samples = fill_contact(system, held, side, ends, blocks.times, s.samples, blocks.loose)
     s.time, s.theta, s.omega = until, theta, omega
     s.steps += 1
-    return JAMS if gap_of(plant, teeth, s, 1 - side)[0] < -TOUCH else GO_ON
+    return JAMS if gap_of(system, teeth, s, 1 - side)[0] < -TOUCH else GO_ON
 
 
 def _looped(step: Any) -> Any:
@@ -128,7 +128,7 @@ def _looped(step: Any) -> Any:
 
     @entry
     def advance(
-        plant: Plant,
+        system: ContactSystem,
         rules: Rules,
         near: tuple[np.ndarray, np.ndarray],
         state: np.ndarray,
@@ -155,20 +155,20 @@ def _looped(step: Any) -> Any:
             longest = rules.longest_step
             first, end = 0, 0
             if rules.width > 0.0:
-                angle = drive_at(plant.motion, s.time)[0]
+                angle = drive_at(system.motion, s.time)[0]
                 window = math.floor(angle / rules.width) % table.shape[0]
                 first, end = table[window, 0], table[window, 1]
                 if end == 0 or table[window, 2] == 0 or not abs(angle - s.asked) <= rules.compare_after:
                     return QUERY
-                longest = until_edge(plant.motion, s.time, rules.width, (longest, rules.stretched_step))
-            kink = until_kink(plant.torques, plant.inertia, s.place, s.time, s.theta, s.omega)
+                longest = until_edge(system.motion, s.time, rules.width, (longest, rules.stretched_step))
+            kink = until_kink(system.torques, system.inertia, s.place, s.time, s.theta, s.omega)
             longest = min(longest, rules.duration - s.time, kink)
             if ends[1] and blocks.times[last] < s.time + longest:
                 if s.samples > 0:
                     return FULL
                 longest = blocks.times[last] - s.time
             before = s.time
-            fault = step(plant, rules, rows[first:end], s, blocks, work, longest)
+            fault = step(system, rules, rows[first:end], s, blocks, work, longest)
             if fault != GO_ON:
                 return fault
             s.standing = 0 if s.time > before else s.standing + 1

@@ -13,11 +13,11 @@ import numpy as np
 
 from gears3d.engine.closing import Arc, angle_after, speed_after
 from gears3d.engine.compile import inner
-from gears3d.engine.holding import softly, supporting
 from gears3d.engine.impact import coefficient, normal_impulse
 from gears3d.engine.log import fill_flight
 from gears3d.engine.mesh import call_side, touching_teeth
 from gears3d.engine.motion import drive_at
+from gears3d.engine.sustained_contact import softly, supporting
 from gears3d.engine.torques import FREE
 from gears3d.records import Floats2, Record
 
@@ -85,7 +85,7 @@ HIT = np.dtype(
 
 
 class Rules(Record):
-    """The settings of a compiled loop in addition to the plant.
+    """The settings of a compiled loop in addition to the system.
 
     Args:
         duration: of the run [s].
@@ -139,10 +139,10 @@ def here(s):
 
 
 @inner
-def gap_of(plant, teeth, s, side):
+def gap_of(system, teeth, s, side):
     """Return gap [m], gap rate [m/s] and the loose gear's lever [m] of one side."""
-    angle, speed, _ = drive_at(plant.motion, s.time)
-    gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, s.theta))
+    angle, speed, _ = drive_at(system.motion, s.time)
+    gap, by_drive, by_loose, _ = call_side(system.surfaces.side, (system.surfaces, teeth, side, angle, s.theta))
     return gap, by_drive * speed + by_loose * s.omega, by_loose
 
 
@@ -187,10 +187,10 @@ def leave(s, blocks, side):
 
 
 @inner
-def teeth_now(plant, teeth, s, side):
+def teeth_now(system, teeth, s, side):
     """Return which teeth touch on a side now."""
-    angle, speed, _ = drive_at(plant.motion, s.time)
-    return touching_teeth(plant.surfaces, teeth, side, (angle, s.theta), (speed, s.omega))
+    angle, speed, _ = drive_at(system.motion, s.time)
+    return touching_teeth(system.surfaces, teeth, side, (angle, s.theta), (speed, s.omega))
 
 
 @inner
@@ -204,20 +204,20 @@ def write_impact(s, blocks, side, when, rates, impulse, height, teeth, met, thet
 
 
 @inner
-def met(plant, teeth, s, side):
+def met(system, teeth, s, side):
     """Return the fault of a gap that has just closed, or GO_ON, its rate [m/s] and the loose gear's lever [m]."""
-    gap, rate, lever = gap_of(plant, teeth, s, side)
+    gap, rate, lever = gap_of(system, teeth, s, side)
     s.located = max(s.located, abs(gap))
     fault = GO_ON
     if abs(gap) > NEAR:
         s.fault, fault = gap, OPEN
-    elif gap_of(plant, teeth, s, 1 - side)[0] < -NEAR:
+    elif gap_of(system, teeth, s, 1 - side)[0] < -NEAR:
         fault = JAMS
     return fault, rate, lever
 
 
 @inner
-def rebound_of(plant, rules, teeth, s, blocks, side, rate, lever):
+def rebound_of(system, rules, teeth, s, blocks, side, rate, lever):
     """Return rebound [m/s], speed of the loose gear after it [rad/s] and impulse [N s] by the law of impacts.
 
     A rebound too slow for separation ends in permanent contact: the place is then that flank.
@@ -226,9 +226,9 @@ def rebound_of(plant, rules, teeth, s, blocks, side, rate, lever):
     s.draws += 1
     rebound = coefficient(rules.restitution, rules.law, side, abs(rate), draw) * abs(rate)
     if rebound < rules.stick_velocity:
-        soft = softly(plant, s.time, rules.stick_velocity)
-        if supporting(plant, teeth, side, s.time, s.theta, soft)[1] >= 0.0:
+        soft = softly(system, s.time, rules.stick_velocity)
+        if supporting(system, teeth, side, s.time, s.theta, soft)[1] >= 0.0:
             rebound = 0.0
             s.place = 1 + side
     after = s.omega + (rebound - rate) / lever
-    return rebound, after, normal_impulse(plant.inertia, lever, plant.friction, (s.omega, after))
+    return rebound, after, normal_impulse(system.inertia, lever, system.friction, (s.omega, after))

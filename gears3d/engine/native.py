@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from gears3d.effects.rows import Flank
 from gears3d.engine.budget import Watch
-from gears3d.engine.closing import Arc, Plant
+from gears3d.engine.closing import Arc, ContactSystem
 from gears3d.engine.faults import SUNK_NATIVE, see_numbers, sunk
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.log import Impact, Log
@@ -46,7 +46,7 @@ class Native:
 
     Args:
         world: Bullet, with its response switched on.
-        plant: surfaces, motion, torques, inertia.
+        system: surfaces, motion, torques, inertia.
         base_radii: of drive and loose gear [m].
         law: restitution.
         watch: queries Bullet for the near teeth at an impact.
@@ -56,7 +56,7 @@ class Native:
     """
 
     world: World
-    plant: Plant
+    system: ContactSystem
     base_radii: tuple[float, float]
     law: ImpactLaw
     watch: Watch
@@ -96,22 +96,22 @@ class Native:
 
     def _begin(self) -> None:
         self.world.restitution(self.law.coefficient(Flank.ACTIVE, 0.0))
-        self.omega = self.base_radii[0] / self.base_radii[1] * drive_at(self.plant.motion, 0.0)[1]
+        self.omega = self.base_radii[0] / self.base_radii[1] * drive_at(self.system.motion, 0.0)[1]
         self.world.place((0.0, self.theta), (0.0, self.omega))
 
     def _advance(self, time: float, step: float) -> None:
         """Do one step and test whether Bullet's contact changed the loose gear's speed."""
-        plant = self.plant
-        angle, _, _ = drive_at(plant.motion, time)
-        speed = (drive_at(plant.motion, time + step)[0] - angle) / step
+        system = self.system
+        angle, _, _ = drive_at(system.motion, time)
+        speed = (drive_at(system.motion, time + step)[0] - angle) / step
         sign = math.copysign(1.0, self.omega) if self.omega != 0.0 else 0.0
-        accel = acceleration(plant.torques, plant.inertia, FREE, time, self.theta, self.omega, sign)
+        accel = acceleration(system.torques, system.inertia, FREE, time, self.theta, self.omega, sign)
         before = self.omega + accel * step
         if self.law.changes:
             approach = self.base_radii[1] * before - self.base_radii[0] * speed
             self.world.restitution(self.law.coefficient(Flank(int(approach > 0.0)), abs(approach)))
         self.world.place_drive(angle, speed)
-        theta, omega = self.world.step(step, plant.inertia * accel)
+        theta, omega = self.world.step(step, system.inertia * accel)
         see_numbers(theta, omega, time)
         self.log.flight(Arc(time, self.theta, omega, 0.0, 0.0), time + step)
         self.theta, self.omega, self.time = theta, omega, time + step
@@ -120,17 +120,17 @@ class Native:
 
     def _see_depth(self) -> None:
         """Stop where the teeth overlap in Bullet."""
-        self.watch.look(self.world, self.plant, self.time, self.theta)
-        angle = drive_at(self.plant.motion, self.time)[0]
+        self.watch.look(self.world, self.system, self.time, self.theta)
+        angle = drive_at(self.system.motion, self.time)[0]
         teeth = self.watch.nearby.teeth(angle)
-        gap = min(side_gap(self.plant.surfaces, teeth, side, angle, self.theta)[0] for side in (0, 1))
+        gap = min(side_gap(self.system.surfaces, teeth, side, angle, self.theta)[0] for side in (0, 1))
         if gap < -SUNK_NATIVE:
             raise sunk(-gap, self.time, "take a shorter step, or --contact located")
 
     def _watch_impact(self, before: float, speed: float) -> None:
         """Open, lengthen or close the impact under way; ``before`` and ``speed`` are those of the gears [rad/s]."""
         of_drive, of_loose = self.base_radii
-        angle = drive_at(self.plant.motion, self.time)[0]
+        angle = drive_at(self.system.motion, self.time)[0]
         place = of_loose * self.theta - of_drive * angle
         change = self.omega - before
         if abs(change) * of_loose > 1e-9:
@@ -140,7 +140,7 @@ class Native:
             elif self._hit is None:
                 self._height = self._high - self._low
                 self._hit = _Hit(side, of_loose * before - of_drive * speed, self.time)
-            self._hit.impulse += self.plant.inertia * change / of_loose
+            self._hit.impulse += self.system.inertia * change / of_loose
             self._hit.steps += 1
             self._free = 0
         elif self._hit is not None:
@@ -153,10 +153,10 @@ class Native:
         self._low, self._high = min(self._low, place), max(self._high, place)
 
     def _note(self, hit: _Hit, rebound: float) -> None:
-        self.watch.look(self.world, self.plant, self.time, self.theta)
-        angle, speed, _ = drive_at(self.plant.motion, self.time)
+        self.watch.look(self.world, self.system, self.time, self.theta)
+        angle, speed, _ = drive_at(self.system.motion, self.time)
         angles, speeds = (angle, self.theta), (speed, self.omega)
-        drive, loose = touching_teeth(self.plant.surfaces, self.watch.nearby.teeth(angle), hit.side, angles, speeds)
+        drive, loose = touching_teeth(self.system.surfaces, self.watch.nearby.teeth(angle), hit.side, angles, speeds)
         frequency, phase = self.stroke
         self.log.impacts.append(
             Impact(

@@ -13,7 +13,6 @@ import math
 
 from gears3d.engine.compile import inner
 from gears3d.engine.forced import BORDERS, FLIPS, STOPS, TOUCHES, TURNS, forced_step
-from gears3d.engine.holding import on_flank
 from gears3d.engine.moving import (
     GO_ON,
     JAMS,
@@ -28,97 +27,98 @@ from gears3d.engine.moving import (
     write_contact,
     write_impact,
 )
+from gears3d.engine.sustained_contact import on_flank
 from gears3d.engine.torques import FREE
 
 LASTING = 10.0 * math.pi  # phase of the oscillation on compliant flanks after which contact is permanent [rad]
 
 
 @inner
-def passage_step(plant, rules, teeth, s, blocks, work, longest):
+def passage_step(system, rules, teeth, s, blocks, work, longest):
     """Do one step under forces of the gap, and its event; return the fault, or GO_ON."""
-    fault, event = forced_step(plant, rules, teeth, s, blocks, work, longest)
+    fault, event = forced_step(system, rules, teeth, s, blocks, work, longest)
     if fault != GO_ON:
         return fault
     if s.place != FREE:
         side, springs = s.place - 1, rules.springs
-        gap, _, lever = gap_of(plant, teeth, s, side)
+        gap, _, lever = gap_of(system, teeth, s, side)
         if gap < -rules.deepest:
             s.fault = -gap
             return SINKS
-        if gap < -NEAR and gap_of(plant, teeth, s, 1 - side)[0] < -NEAR:
+        if gap < -NEAR and gap_of(system, teeth, s, 1 - side)[0] < -NEAR:
             return JAMS
-        phase = (s.time - s.began) * math.sqrt(springs[0, 0] / plant.inertia) * abs(lever)
-        if plant.film.minimum == 0.0 and phase > LASTING:
-            _capture(plant, teeth, s, blocks)
+        phase = (s.time - s.began) * math.sqrt(springs[0, 0] / system.inertia) * abs(lever)
+        if system.film.minimum == 0.0 and phase > LASTING:
+            _capture(system, teeth, s, blocks)
     if event > STOPS:
-        return _happen(plant, rules, teeth, s, blocks, event)
+        return _happen(system, rules, teeth, s, blocks, event)
     return GO_ON
 
 
 @inner
-def _happen(plant, rules, teeth, s, blocks, event):
+def _happen(system, rules, teeth, s, blocks, event):
     """Apply the changes of an event at one of the flanks."""
     if event < TOUCHES:
         side = event - TURNS
-        if plant.film.minimum == 0.0 or s.flank != side:
+        if system.film.minimum == 0.0 or s.flank != side:
             return GO_ON
         if s.squeezed[side] == 0:
             s.turned = 1
         elif s.turned != 0:
-            _capture(plant, teeth, s, blocks)
+            _capture(system, teeth, s, blocks)
     elif event < FLIPS:
-        return _touch(plant, rules, teeth, s, blocks, event - TOUCHES)
+        return _touch(system, rules, teeth, s, blocks, event - TOUCHES)
     elif event < BORDERS:
         s.pushing = 1 - s.pushing
     elif s.flank == NOBODY:
-        _enter(plant, teeth, s, event - BORDERS)
+        _enter(system, teeth, s, event - BORDERS)
     else:
-        _end(plant, teeth, s, blocks)
+        _end(system, teeth, s, blocks)
     return GO_ON
 
 
 @inner
-def _touch(plant, rules, teeth, s, blocks, side):
+def _touch(system, rules, teeth, s, blocks, side):
     """Begin contact of the flanks, by their impact law or their compliance, or end it."""
-    dry = plant.film.minimum == 0.0
+    dry = system.film.minimum == 0.0
     if s.place == 1 + side:
         s.place, s.pushing = FREE, 1
         if dry:
-            _end(plant, teeth, s, blocks)
+            _end(system, teeth, s, blocks)
         return GO_ON
     if rules.springs.shape[0] == 0:
-        return bounce(plant, rules, teeth, s, blocks, side)
-    fault = met(plant, teeth, s, side)[0]
+        return bounce(system, rules, teeth, s, blocks, side)
+    fault = met(system, teeth, s, side)[0]
     s.place, s.pushing, s.turned = 1 + side, 1, 1
     if dry:
-        _enter(plant, teeth, s, side)
+        _enter(system, teeth, s, side)
     return fault
 
 
 @inner
-def _enter(plant, teeth, s, side):
+def _enter(system, teeth, s, side):
     """Begin a passage."""
-    s.flank, s.began, s.entry, s.entry_height = side, s.time, gap_of(plant, teeth, s, side)[1], s.height
-    s.entry_drive, s.entry_loose = teeth_now(plant, teeth, s, side)
+    s.flank, s.began, s.entry, s.entry_height = side, s.time, gap_of(system, teeth, s, side)[1], s.height
+    s.entry_drive, s.entry_loose = teeth_now(system, teeth, s, side)
     s.entry_theta, s.impulse, s.turned, s.stays = s.theta, 0.0, 0, 0
 
 
 @inner
-def _end(plant, teeth, s, blocks):
+def _end(system, teeth, s, blocks):
     """End a passage, and log it or its contact."""
     if s.stays != 0:
         write_contact(s, blocks, s.flank, s.began)
     else:
-        _write(s, blocks, gap_of(plant, teeth, s, s.flank)[1], s.impulse)
+        _write(s, blocks, gap_of(system, teeth, s, s.flank)[1], s.impulse)
     begin_flight(s, s.flank)
 
 
 @inner
-def _capture(plant, teeth, s, blocks):
+def _capture(system, teeth, s, blocks):
     """Log a passage that has become contact; its rebound is 0."""
     if s.stays == 0:
         s.stays = 1
-        mass = plant.inertia / gap_of(plant, teeth, s, s.flank)[2] ** 2
+        mass = system.inertia / gap_of(system, teeth, s, s.flank)[2] ** 2
         _write(s, blocks, 0.0, -mass * s.entry)
 
 
@@ -130,15 +130,15 @@ def _write(s, blocks, rebound, impulse):
 
 
 @inner
-def bounce(plant, rules, teeth, s, blocks, side):
+def bounce(system, rules, teeth, s, blocks, side):
     """Apply the impact law to bare flanks that touch, under oil within a passage; return the fault, or GO_ON."""
-    fault, rate, lever = met(plant, teeth, s, side)
+    fault, rate, lever = met(system, teeth, s, side)
     if fault != GO_ON:
         return fault
-    rebound, after, impulse = rebound_of(plant, rules, teeth, s, blocks, side, rate, lever)
-    dry = plant.film.minimum == 0.0
+    rebound, after, impulse = rebound_of(system, rules, teeth, s, blocks, side, rate, lever)
+    dry = system.film.minimum == 0.0
     if dry:
-        pair = teeth_now(plant, teeth, s, side)
+        pair = teeth_now(system, teeth, s, side)
         write_impact(s, blocks, side, s.time, (rate, rebound), impulse, s.height, pair, s.time, s.theta)
         begin_flight(s, side)
     else:
@@ -146,9 +146,9 @@ def bounce(plant, rules, teeth, s, blocks, side):
         s.turned, s.squeezed[side] = 1, 0
     s.omega = after
     if s.place != FREE:
-        s.theta, s.omega = on_flank(plant, teeth, side, s.time, s.theta)
+        s.theta, s.omega = on_flank(system, teeth, side, s.time, s.theta)
         if dry:
             s.began, s.stays = s.time, 1
         else:
-            _capture(plant, teeth, s, blocks)
+            _capture(system, teeth, s, blocks)
     return GO_ON

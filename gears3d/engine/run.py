@@ -16,7 +16,7 @@ from gears3d.effects.support import NATIVE, refused
 from gears3d.engine.budget import Watch
 from gears3d.engine.bullet import require_bullet
 from gears3d.engine.carried import contact_step
-from gears3d.engine.closing import Plant
+from gears3d.engine.closing import ContactSystem
 from gears3d.engine.faults import YIELDED
 from gears3d.engine.films import film_of
 from gears3d.engine.forced import TOLERANCE, springs_of
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 # integration.
 ORDER = {"located": 4, "native": 1}
 PARTED = 0.01  # distance of two runs, as a part of the backlash, beyond which they are independent
-Parts = tuple[World, Plant, Watch, Log]
-Begin = Callable[[Plant, tuple[float, float]], tuple[Log, list[tuple[int, float, float]]]]
+Parts = tuple[World, ContactSystem, Watch, Log]
+Begin = Callable[[ContactSystem, tuple[float, float]], tuple[Log, list[tuple[int, float, float]]]]
 CONTACTS = ("located", "native")
 # Above it the two evaluations of the reaction in a step miss contact losses due to reliefs [s].
 LONGEST_STEP = 1e-3
@@ -201,7 +201,7 @@ def _run(asked: Asked) -> Recording:
 def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
     """Run a scenario once, up to its end or its first error.
 
-    ``begin`` gives the log, and the list of permanent contacts, for a plant and its base radii [m]; ``None``: in
+    ``begin`` gives the log, and the list of permanent contacts, for a system and its base radii [m]; ``None``: in
     memory. A MissingExtraError states that PyBullet is not installed.
     """
     require_bullet()
@@ -213,23 +213,23 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
     shape = meshed(gears, film.minimum)
     arm = friction(rows) * gears.loose.base_radius
     motion = motion_table(scenario, rows) if path is None else path
-    plant = Plant(shape, motion, torques, gated(torques), rig.inertia, arm, film)
+    system = ContactSystem(shape, motion, torques, gated(torques), rig.inertia, arm, film)
     most = LONGEST_STEP if path is None or step is None else step
     longest = longest_step(motion, rows, gears, most)
     stretched = longest_step(motion, rows, gears, most, STRETCH * TURN_PER_STEP)
     watch = Watch(gears, shape, slices_of(gears))
     radii = (gears.drive.base_radius, gears.loose.base_radius)
     span = (scenario.run.duration, scenario.run.output_rate)
-    log, contacts = (Log(*span), []) if begin is None else begin(plant, radii)
+    log, contacts = (Log(*span), []) if begin is None else begin(system, radii)
     with lent_world(bodies(scenario, gears), respond=contact == "native") as world:
         if contact == "native":
             longest = STEP if step is None else step
-            run = _native(scenario, rows, gears, (world, plant, watch, log), longest)
+            run = _native(scenario, rows, gears, (world, system, watch, log), longest)
         else:
             usual = longest
             if step is not None:
                 longest, stretched = min(step, longest), min(step, stretched)
-            run = _located(scenario, rows, (longest, stretched, longest / usual), (world, plant, watch, log))
+            run = _located(scenario, rows, (longest, stretched, longest / usual), (world, system, watch, log))
         run.contacts = contacts
         complete, stopped = False, None
         try:
@@ -252,7 +252,7 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
     }
     if stopped is not None:
         meta["stopped_by"] = str(stopped)
-    return Outcome(log, meta, lambda: log.signals(plant.motion, radii), stopped)
+    return Outcome(log, meta, lambda: log.signals(system.motion, radii), stopped)
 
 
 def prepared(
@@ -369,7 +369,7 @@ def _law(scenario: Scenario, rows: tuple[Row, ...]) -> ImpactLaw:
 
 
 def _located(scenario: Scenario, rows: tuple[Row, ...], steps: tuple[float, float, float], parts: Parts) -> Located:
-    world, plant, watch, log = parts
+    world, system, watch, log = parts
     settings = Settings(
         duration=scenario.run.duration,
         longest_step=steps[0],
@@ -382,12 +382,12 @@ def _located(scenario: Scenario, rows: tuple[Row, ...], steps: tuple[float, floa
         deepest=YIELDED * scenario.gears.drive.module,
         tolerance=TOLERANCE * steps[2] ** ORDER["located"],
     )
-    return Located(world, plant, settings, watch, log)
+    return Located(world, system, settings, watch, log)
 
 
 def _native(scenario: Scenario, rows: tuple[Row, ...], pair: Pair, parts: Parts, step: float) -> Native:
-    world, plant, watch, log = parts
+    world, system, watch, log = parts
     settings = (scenario.run.duration, step, scenario.impact.stick_velocity)
     radii = (pair.drive.base_radius, pair.loose.base_radius)
     law = _law(scenario, rows)
-    return Native(world, plant, radii, law, watch, log, settings, _stroke(scenario))
+    return Native(world, system, radii, law, watch, log, settings, _stroke(scenario))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.engine.closing import Arc, Plant
+from gears3d.engine.closing import Arc, ContactSystem
 from gears3d.engine.log import HELICAL, Impact, Log
 from gears3d.engine.run import Asked, check_contact, simulated
 from gears3d.errors import InputError
@@ -194,8 +194,8 @@ def stream(
     check_contact(contact)
     span = (scenario.run.duration, scenario.run.output_rate)
 
-    def begin(plant: Plant, radii: tuple[float, float]) -> tuple[Log, Contacts]:
-        log = StreamedLog(folder, span, plant.motion, radii, not plant.surfaces.planar)
+    def begin(system: ContactSystem, radii: tuple[float, float]) -> tuple[Log, Contacts]:
+        log = StreamedLog(folder, span, system.motion, radii, not system.surfaces.planar)
         return log, log.contacts
 
     made = simulated(Asked(scenario, pair, contact, progress), begin)

@@ -372,7 +372,7 @@ def _happen(m, state, count, event):
             end_contact(m, state, count, int(state[at.MODE]) - at.STUCK)
         else:
             cross(m, state, count, (event - KNOTS) // 2, (event - KNOTS) % 2)
-        _hush(m, count)
+        _suppress_event(m, count)
 
 
 @inner
@@ -422,7 +422,7 @@ def _touch(m, state, count, flank):
 
 
 @inner
-def _hush(m, count):
+def _suppress_event(m, count):
     """Exclude events in contact of the bare flanks under oil from the tables: they lie within a passage."""
     if m[at.FLOOR] > 0.0:
         if count[at.HAS_IMPACT]:

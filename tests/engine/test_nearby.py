@@ -7,7 +7,7 @@ import pytest
 
 from gears3d.engine import run, simulate
 from gears3d.engine.budget import Watch
-from gears3d.engine.closing import Plant
+from gears3d.engine.closing import ContactSystem
 from gears3d.engine.lines import slices_of
 from gears3d.engine.mesh import meshed, side_gap, teeth_of_points
 from gears3d.engine.motion import there_and_back
@@ -44,7 +44,7 @@ def test_no_near_pair_is_missed_between_queries(case):
     shape, torques = meshed(pair), np.zeros((0, 10))
     watch, counts = Watch(pair, shape, slices_of(pair)), (pair.drive.teeth, pair.loose.teeth)
     pitch, way = 2.0 * math.pi / counts[0], 30.3
-    plant = Plant(shape, there_and_back(1.0, way * pitch, pitch), torques, False, 1.0)
+    system = ContactSystem(shape, there_and_back(1.0, way * pitch, pitch), torques, False, 1.0)
     rng = np.random.default_rng(2)
     compared = 0
     with World(*run.bodies(scenario, pair), respond=False) as world:
@@ -55,7 +55,7 @@ def test_no_near_pair_is_missed_between_queries(case):
             loose = (pair.drive.base_radius * drive + share * pair.backlash) / pair.loose.base_radius
             world.place((drive, loose), (0.0, 0.0))
             if not watch.nearby.known(drive):
-                watch.look(world, plant, plant_time, loose)
+                watch.look(world, system, plant_time, loose)
             kept = {tuple(row) for row in watch.nearby.teeth(drive).tolist()}
             found = np.unique(teeth_of_points(shape, counts, *world.nearest(WIDE)[:2], drive, loose), axis=0)
             for side in (0, 1):

@@ -11,9 +11,8 @@ import numpy as np
 from gears3d.effects.rows import Code
 from gears3d.engine.budget import Watch
 from gears3d.engine.bullet import require_bullet
-from gears3d.engine.closing import Plant
+from gears3d.engine.closing import ContactSystem
 from gears3d.engine.forced import springs_of
-from gears3d.engine.holding import on_flank
 from gears3d.engine.lines import slices_of
 from gears3d.engine.located import Located, Settings
 from gears3d.engine.log import Impact, Log
@@ -21,6 +20,7 @@ from gears3d.engine.loop import ROOM
 from gears3d.engine.mesh import meshed
 from gears3d.engine.motion import drive_at, motion_table, standing_at
 from gears3d.engine.run import STRETCH, TURN_PER_STEP, bodies, longest_step, prepared
+from gears3d.engine.sustained_contact import on_flank
 from gears3d.engine.torques import FREE, acceleration, friction, gated
 from gears3d.engine.world import lent_world
 from gears3d.errors import EngineError, Fault, InputError
@@ -64,7 +64,7 @@ class Bench:
         shape, rig = meshed(gears), scenario.rig()
         arm = friction(rows) * gears.loose.base_radius
         motion = standing_at(motion_table(scenario, rows), drive)
-        self._plant = Plant(shape, motion, torques, gated(torques), rig.inertia, arm)
+        self._system = ContactSystem(shape, motion, torques, gated(torques), rig.inertia, arm)
         longest = longest_step(motion, rows, gears)
         stretched = longest_step(motion, rows, gears, turn=STRETCH * TURN_PER_STEP)
         self._watch = Watch(gears, shape, slices_of(gears))
@@ -83,7 +83,7 @@ class Bench:
 
     def drive(self, time: float) -> tuple[float, float]:
         """Return the drive's angle [rad] and speed [rad/s] at a time [s]."""
-        return drive_at(self._plant.motion, time)[:2]
+        return drive_at(self._system.motion, time)[:2]
 
     def fly(self, theta: float, omega: float, times: np.ndarray) -> np.ndarray:
         """Return the loose gear's path in free flight, without contact with flanks [rad], (n,).
@@ -126,9 +126,9 @@ class Bench:
         here, omega = self._on_flank(side, time)
         there, _ = self._on_flank(1 - side, time)
         radius, sense = self._radii[1], 1.0 if side else -1.0
-        plant = self._plant
+        system = self._system
         way_of = float(np.sign(omega)) or sense  # the sign of motion that dry drag acts against
-        pull = sense * radius * acceleration(plant.torques, plant.inertia, FREE, time, there, omega, way_of)
+        pull = sense * radius * acceleration(system.torques, system.inertia, FREE, time, there, omega, way_of)
         way = abs(there - here) * radius
         launch = speed * speed - 2.0 * pull * way
         if launch < 0.0:  # drag alone makes it faster: release it nearer
@@ -155,7 +155,7 @@ class Bench:
         before = NEAR / speed
         lasts = AFTER * before
         if (springs := self._settings.springs).size:
-            lasts += AFTER * math.sqrt(self._plant.inertia / self._radii[1] ** 2 / springs[:, 0].sum())
+            lasts += AFTER * math.sqrt(self._system.inertia / self._radii[1] ** 2 / springs[:, 0].sum())
         run = self._run(np.zeros(0), time + lasts)
         run.begin(time - before, theta - (omega + toward) * before, omega + toward)
         return run.first()
@@ -171,17 +171,17 @@ class Bench:
 
     def _on_flank(self, side: int, time: float) -> tuple[float, float]:
         """Return angle and speed of the loose gear in contact with a flank."""
-        angle, speed, _ = drive_at(self._plant.motion, time)
+        angle, speed, _ = drive_at(self._system.motion, time)
         guess = angle * self._radii[0] / self._radii[1]
         for _ in range(2):  # the second query is at the flank itself
             self._world.place((angle, guess), (speed, 0.0))
-            self._watch.look(self._world, self._plant, time, guess)
-            guess, omega = on_flank(self._plant, self._watch.nearby.teeth(angle), side, time, guess)
+            self._watch.look(self._world, self._system, time, guess)
+            guess, omega = on_flank(self._system, self._watch.nearby.teeth(angle), side, time, guess)
         return guess, omega
 
     def _run(self, times: np.ndarray, until: float, blind: bool = False) -> _Run:
         settings = Settings(**{**vars(self._settings), "duration": until})
-        return _Run(self._world, self._plant, settings, self._watch, Log(0.0, 1.0, times), blind=blind, events=ROOM)
+        return _Run(self._world, self._system, settings, self._watch, Log(0.0, 1.0, times), blind=blind, events=ROOM)
 
 
 class _Run(Located):

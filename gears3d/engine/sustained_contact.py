@@ -11,7 +11,7 @@ import numpy as np
 
 from gears3d.engine.brackets import below, first_bracket, narrowed, proposed, wider
 from gears3d.engine.carried import body_among
-from gears3d.engine.closing import Arc, Plant, flight_arc, gap_along
+from gears3d.engine.closing import Arc, ContactSystem, flight_arc, gap_along
 from gears3d.engine.compile import entry, inner
 from gears3d.engine.films import film_push
 from gears3d.engine.mesh import call_side
@@ -26,15 +26,15 @@ AHEAD = 0.5 * DIFFERENCE  # time after which a flight must have opened the gap, 
 
 
 @entry
-def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: float) -> tuple[float, float]:
+def on_flank(system: ContactSystem, teeth: np.ndarray, side: int, time: float, guess: float) -> tuple[float, float]:
     """Return the loose gear's angle [rad] and speed [rad/s] that keep the gap of one side closed at a time [s].
 
     ``teeth`` (n, 3) are candidate pairs, ``side`` is 0 active, 1 reverse, ``guess`` the angle to start from [rad].
     """
-    angle, speed, _ = drive_at(plant.motion, time)
+    angle, speed, _ = drive_at(system.motion, time)
     theta, by_drive, by_loose = guess, 0.0, 1.0
     for _ in range(8):
-        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))
+        gap, by_drive, by_loose, _ = call_side(system.surfaces.side, (system.surfaces, teeth, side, angle, theta))
         theta -= gap / by_loose
         if abs(gap) < 1e-11:  # the error after the last step is less than its square
             break
@@ -42,42 +42,42 @@ def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
 
 
 @inner
-def reaction(plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, time: float, guess: float) -> float:
+def reaction(system: ContactSystem, held: np.ndarray, teeth: np.ndarray, side: int, time: float, guess: float) -> float:
     """Return the normal force [N] for permanent contact of the held teeth; negative where it would have to pull.
 
     Where torques of contact would separate the flanks and those of flight would close them again, contact lasts: the
     force is the larger of the two.
     """
-    theta, omega = on_flank(plant, held, side, time, guess)
+    theta, omega = on_flank(system, held, side, time, guess)
     step = omega * DIFFERENCE
-    _, before = on_flank(plant, held, side, time - DIFFERENCE, theta - step)
-    _, after = on_flank(plant, held, side, time + DIFFERENCE, theta + step)
+    _, before = on_flank(system, held, side, time - DIFFERENCE, theta - step)
+    _, after = on_flank(system, held, side, time + DIFFERENCE, theta + step)
     alpha = (after - before) / (2.0 * DIFFERENCE)
-    angle, _, _ = drive_at(plant.motion, time)
-    _, _, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, held, side, angle, theta))
+    angle, _, _ = drive_at(system.motion, time)
+    _, _, by_loose, _ = call_side(system.surfaces.side, (system.surfaces, held, side, angle, theta))
     # at rest dry torque acts first: the flank must push only beyond its limit
     against = np.sign(omega) if omega != 0.0 else np.sign(by_loose)
-    plain, dry = resisting(plant.torques, 1 + side, time, theta, omega)
-    lever = by_loose - against * plant.friction
-    needed = plant.inertia * alpha - _oil_torque(plant, teeth, side, time, theta, omega)
+    plain, dry = resisting(system.torques, 1 + side, time, theta, omega)
+    lever = by_loose - against * system.friction
+    needed = system.inertia * alpha - _oil_torque(system, teeth, side, time, theta, omega)
     force = (needed + plain + against * dry) / lever
-    if plant.gated:
-        plain, dry = resisting(plant.torques, FREE, time, theta, omega)
+    if system.gated:
+        plain, dry = resisting(system.torques, FREE, time, theta, omega)
         force = max(force, (needed + plain + against * dry) / lever)
     return force
 
 
 @inner
-def _oil_torque(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float, omega: float) -> float:
+def _oil_torque(system: ContactSystem, teeth: np.ndarray, side: int, time: float, theta: float, omega: float) -> float:
     """Return the torque of both films on a loose gear that touches one flank [N m]."""
-    if plant.film.minimum == 0.0:
+    if system.film.minimum == 0.0:
         return 0.0
-    angle, speed, _ = drive_at(plant.motion, time)
+    angle, speed, _ = drive_at(system.motion, time)
     torque = 0.0
     for flank in range(2):
-        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, flank, angle, theta))
+        gap, by_drive, by_loose, _ = call_side(system.surfaces.side, (system.surfaces, teeth, flank, angle, theta))
         rate = by_drive * speed + by_loose * omega if flank != side else 0.0
-        torque += by_loose * film_push(plant.film, gap, rate, rate < 0.0, (speed, omega))
+        torque += by_loose * film_push(system.film, gap, rate, rate < 0.0, (speed, omega))
     return torque
 
 
@@ -88,38 +88,40 @@ def resolution(theta: float) -> float:
 
 
 @inner
-def softly(plant: Plant, time: float, stick_velocity: float) -> float:
+def softly(system: ContactSystem, time: float, stick_velocity: float) -> float:
     """Return the approach speed below which the next tooth pair takes over without an impact [m/s].
 
     It is the stick velocity or, at high speeds, the speed that an edge gains while its gap is below rounding.
     """
-    angle, speed, _ = drive_at(plant.motion, time)
-    radius = plant.surfaces.edged.flanks.gears[0, 0]
+    angle, speed, _ = drive_at(system.motion, time)
+    radius = system.surfaces.edged.flanks.gears[0, 0]
     return max(stick_velocity, 2.0 * abs(speed) * math.sqrt(2.0 * radius * resolution(angle)))
 
 
 @entry
-def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float, soft: float) -> tuple[int, float]:
+def supporting(
+    system: ContactSystem, teeth: np.ndarray, side: int, time: float, theta: float, soft: float
+) -> tuple[int, float]:
     """Return which of the touching tooth pairs carries the loose gear, and its reaction [N].
 
     Of several pairs that touch, the one counts whose flank moves fastest towards the loose gear's, and of those as
     fast (to within ``soft`` [m/s]) the one with the largest reaction: on any other the loose gear would overlap
     with it.
     """
-    angle, speed, _ = drive_at(plant.motion, time)
-    least = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))[0]
+    angle, speed, _ = drive_at(system.motion, time)
+    least = call_side(system.surfaces.side, (system.surfaces, teeth, side, angle, theta))[0]
     best, force, fastest = -1, 0.0, 0.0
     for i in range(teeth.shape[0]):
         if teeth[i, 2] != side:
             continue
         gap, by_drive, by_loose, _ = call_side(
-            plant.surfaces.side, (plant.surfaces, teeth[i : i + 1], side, angle, theta)
+            system.surfaces.side, (system.surfaces, teeth[i : i + 1], side, angle, theta)
         )
         if gap > least + resolution(theta):
             continue
         push = -by_drive / abs(by_loose) * speed
         same = soft / abs(by_loose)
-        own = reaction(plant, teeth[i : i + 1], teeth, side, time, theta)
+        own = reaction(system, teeth[i : i + 1], teeth, side, time, theta)
         if best < 0 or push > fastest + same or (push > fastest - same and own > force):
             best, force, fastest = i, own, push
     return best, force
@@ -127,7 +129,7 @@ def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: f
 
 @inner
 def plan_contact(
-    plant: Plant, teeth: np.ndarray, side: int, start: Arc, longest: float, soft: float
+    system: ContactSystem, teeth: np.ndarray, side: int, start: Arc, longest: float, soft: float
 ) -> tuple[float, int, int]:
     """Return how the next step of permanent contact ends: duration [s], HELD, LOST or MEETS, and the row of ``teeth``.
 
@@ -135,17 +137,17 @@ def plan_contact(
     ``teeth`` (n, 3) are candidate pairs, ``side`` is 0 active, 1 reverse; the acceleration of ``start`` is not used;
     ``longest`` [s] limits the step. A next pair takes over without an impact up to the approach speed ``soft`` [m/s].
     """
-    weak = -1e-7 * plant.inertia
-    row, force = supporting(plant, teeth, side, start.time, start.theta, soft)
+    weak = -1e-7 * system.inertia
+    row, force = supporting(system, teeth, side, start.time, start.theta, soft)
     if not force >= weak:
         return 0.0, LOST, row
     low, part = 0.0, 1
     for _ in range(LOOKS + 8):
         high = longest * part / LOOKS
         held = teeth[row : row + 1]
-        lost = _lost_between(plant, held, teeth, side, start, low, high, weak)
+        lost = _lost_between(system, held, teeth, side, start, low, high, weak)
         end = high if lost < 0.0 else lost
-        meets = _meets_between(plant, teeth, held, side, start, low, end)
+        meets = _meets_between(system, teeth, held, side, start, low, end)
         if meets < 0.0 and lost < 0.0:
             low = high
             part += 1
@@ -153,11 +155,11 @@ def plan_contact(
                 break
             continue
         end = lost if meets < 0.0 else meets
-        theta, omega = _held_at(plant, held, side, start, end)
-        new, force = supporting(plant, teeth, side, start.time + end, theta, soft)
+        theta, omega = _held_at(system, held, side, start, end)
+        new, force = supporting(system, teeth, side, start.time + end, theta, soft)
         if meets >= 0.0:
-            angle, speed, _ = drive_at(plant.motion, start.time + end)
-            _, by_drive, by_loose, other = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))
+            angle, speed, _ = drive_at(system.motion, start.time + end)
+            _, by_drive, by_loose, other = call_side(system.surfaces.side, (system.surfaces, teeth, side, angle, theta))
             if by_drive * speed + by_loose * omega < -soft:
                 return end, MEETS, row
             new = other if new == row else new
@@ -170,66 +172,73 @@ def plan_contact(
 
 
 @inner
-def _held_at(plant: Plant, held: np.ndarray, side: int, start: Arc, after: float) -> tuple[float, float]:
+def _held_at(system: ContactSystem, held: np.ndarray, side: int, start: Arc, after: float) -> tuple[float, float]:
     """Return angle and speed of the loose gear on the held teeth, ``after`` seconds into the step."""
-    return on_flank(plant, held, side, start.time + after, start.theta + start.omega * after)
+    return on_flank(system, held, side, start.time + after, start.theta + start.omega * after)
 
 
 @inner
 def _lost_between(
-    plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, start: Arc, low: float, high: float, weak: float
+    system: ContactSystem,
+    held: np.ndarray,
+    teeth: np.ndarray,
+    side: int,
+    start: Arc,
+    low: float,
+    high: float,
+    weak: float,
 ) -> float:
     """Return when the reaction of the held teeth falls below ``weak``, or -1 if it does not at ``high``."""
-    at_high = _strength(plant, held, teeth, side, start, high) - weak
+    at_high = _strength(system, held, teeth, side, start, high) - weak
     if at_high >= 0.0:
         return -1.0
-    at_low = _strength(plant, held, teeth, side, start, low) - weak
+    at_low = _strength(system, held, teeth, side, start, low) - weak
     if at_low < 0.0:
         return low
     bracket = first_bracket(low, at_low, high, at_high)
     while wider(bracket, start.time):
         at = proposed(bracket, start.time)
-        bracket = narrowed(bracket, at, _strength(plant, held, teeth, side, start, at) - weak)
+        bracket = narrowed(bracket, at, _strength(system, held, teeth, side, start, at) - weak)
     return below(bracket)
 
 
 @inner
-def _strength(plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, start: Arc, after: float) -> float:
+def _strength(system: ContactSystem, held: np.ndarray, teeth: np.ndarray, side: int, start: Arc, after: float) -> float:
     """Return the reaction of the held teeth ``after`` seconds into the step [N].
 
     Its differences reach beyond a slope discontinuity that is yet to come. There the teeth are still in contact if a
     flight, under torques alone, would at once close their gap again.
     """
     time, guess = start.time + after, start.theta + start.omega * after
-    force = reaction(plant, held, teeth, side, time, guess)
-    if force >= 0.0 or plant.film.minimum > 0.0 or body_among(plant.torques) >= 0:
+    force = reaction(system, held, teeth, side, time, guess)
+    if force >= 0.0 or system.film.minimum > 0.0 or body_among(system.torques) >= 0:
         return force
-    theta, omega = on_flank(plant, held, side, time, guess)
-    flight = flight_arc(plant, FREE, Arc(time, theta, omega, 0.0, 0.0), AHEAD)
-    return 0.0 if gap_along(plant, held, side, flight, AHEAD)[0] < -resolution(theta) else force
+    theta, omega = on_flank(system, held, side, time, guess)
+    flight = flight_arc(system, FREE, Arc(time, theta, omega, 0.0, 0.0), AHEAD)
+    return 0.0 if gap_along(system, held, side, flight, AHEAD)[0] < -resolution(theta) else force
 
 
 @inner
 def _meets_between(
-    plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, low: float, high: float
+    system: ContactSystem, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, low: float, high: float
 ) -> float:
     """Return when another pair than the held one first overlaps, or -1 if none does at ``high``."""
-    at_high = _room(plant, teeth, held, side, start, high)
+    at_high = _room(system, teeth, held, side, start, high)
     if at_high >= 0.0:
         return -1.0
-    at_low = _room(plant, teeth, held, side, start, low)
+    at_low = _room(system, teeth, held, side, start, low)
     if at_low < 0.0:
         return low
     bracket = first_bracket(low, at_low, high, at_high)
     while wider(bracket, start.time):
         at = proposed(bracket, start.time)
-        bracket = narrowed(bracket, at, _room(plant, teeth, held, side, start, at))
+        bracket = narrowed(bracket, at, _room(system, teeth, held, side, start, at))
     return below(bracket)
 
 
 @inner
-def _room(plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, after: float) -> float:
+def _room(system: ContactSystem, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, after: float) -> float:
     """Return the smallest gap while the held pair touches, negative where some pair of teeth overlaps [m]."""
-    theta, _ = _held_at(plant, held, side, start, after)
-    angle, _, _ = drive_at(plant.motion, start.time + after)
-    return call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))[0] + resolution(theta)
+    theta, _ = _held_at(system, held, side, start, after)
+    angle, _, _ = drive_at(system.motion, start.time + after)
+    return call_side(system.surfaces.side, (system.surfaces, teeth, side, angle, theta))[0] + resolution(theta)
