@@ -32,6 +32,7 @@ _FORMATS = {
     "asammdf": "asammdf",
     "pyuff": "pyuff",
 }
+# The extras of ``pyproject.toml`` that users install.
 EXTRAS = {
     "engine": Extra(
         {"pybullet": "pybullet", "trimesh": "trimesh"},
@@ -56,7 +57,6 @@ EXTRAS = {
     "mdf": Extra({"asammdf": "asammdf"}, "MDF alone"),
     "uff": Extra({"pyuff": "pyuff"}, "UFF 58 alone"),
 }
-"""The extras of ``pyproject.toml`` that users install."""
 
 
 def require(module: str, user: str, extra: str, *, file: str = "", otherwise: str = "") -> Any:

@@ -17,15 +17,15 @@ from gears3d.errors import Fault, InputError, UsageError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# Endings of pictures.
 PICTURES = (".png", ".svg", ".pdf")
-"""Endings of pictures."""
+# Prefixes of temporary folders: next to a destination, and in the system's temporary directory.
 HIDDEN, PRIVATE = ".gears3d-", "gears3d-"
-"""Prefixes of temporary folders: next to a destination, and in the system's temporary directory."""
 _LOCK, _BEFORE, _NEW = "lock", "before", "new"
+# A folder without a lock file may belong to a process that is about to create it; minimum age for removal [s].
 _YOUNG_S = 60.0
-"""A folder without a lock file may belong to a process that is about to create it; minimum age for removal [s]."""
+# Attempts to lock a new folder before another process removes it; one is the rule.
 _ATTEMPTS = 100
-"""Attempts to lock a new folder before another process removes it; one is the rule."""
 _looked: set[Path] = set()
 
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from gears3d.errors import Fault, InputError, UsageError
 
+# Environment variable: limit of the memory for one file or run, in bytes.
 VARIABLE = "GEARS3D_MAX_BYTES"
-"""Environment variable: limit of the memory for one file or run, in bytes."""
+# Bytes of a scenario or another file that people write.
 MOST_TEXT = 1 << 18
-"""Bytes of a scenario or another file that people write."""
 _KINDS = {
     stat.S_ISFIFO: "a pipe",
     stat.S_ISCHR: "a device",

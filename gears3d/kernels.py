@@ -44,8 +44,8 @@ from platformdirs import user_cache_path
 from gears3d.files import temporary
 
 HOME = Path(__file__).parent
+# Entries of other states of a kernel are removed after so long [s].
 OLD = 30 * 86400.0
-"""Entries of other states of a kernel are removed after so long [s]."""
 
 
 def njit(function: Any = None, **options: Any) -> Any:
@@ -185,9 +185,9 @@ def inner(function: Any, **options: Any) -> Inner:
     return Inner(function, **options)
 
 
+# What reading an entry raises that is not whole: of pickle, and of LLVM, whose errors are RuntimeErrors.
 _DAMAGED = (OSError, EOFError, pickle.UnpicklingError, ImportError, AttributeError, LookupError, TypeError, ValueError,
             RuntimeError)  # fmt: skip
-"""What reading an entry raises that is not whole: of pickle, and of LLVM, whose errors are RuntimeErrors."""
 
 
 class _Kept(_Cache):
@@ -351,10 +351,10 @@ def _mine(folder: Path) -> bool:
     return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022
 
 
+# Names of the kernels that this process has begun to compile, as ``module.function``, in order.
 compiled: list[str] = []
-"""Names of the kernels that this process has begun to compile, as ``module.function``, in order."""
+# Called with the name of every kernel whose compilation begins.
 watchers: list[Callable[[str], None]] = []
-"""Called with the name of every kernel whose compilation begins."""
 
 
 class _Listener(event.Listener):

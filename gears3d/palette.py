@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
+# Active flank: blue; reverse flank: vermilion.
 ACTIVE, REVERSE = "#0072B2", "#D55E00"
-"""Active flank: blue; reverse flank: vermilion."""
+# By the code of the flank in a recording.
 FLANKS = (ACTIVE, REVERSE)
-"""By the code of the flank in a recording."""
+# Neither flank: grey.
 FLIGHT = "#999999"
-"""Neither flank: grey."""
+# Rigid model, and a nominal model that is compared with a record: pink.
 TWIN = "#CC79A7"
-"""Rigid model, and a nominal model that is compared with a record: pink."""
+# The rig with the reported causes, and what a paper printed: bluish green.
 EXTENDED = "#009E73"
-"""The rig with the reported causes, and what a paper printed: bluish green."""
+# A fourth line, in addition to white, pink and green: yellow.
 FOURTH = "#F0E442"
-"""A fourth line, in addition to white, pink and green: yellow."""
+# Marks that are no data, lines of data, and text of less weight.
 NEUTRAL, INK, SOFT = "#777777", "#1c1f24", "#555555"
-"""Marks that are no data, lines of data, and text of less weight."""
+# 95 % band of a law.
 BAND = "#9ecae1"
-"""95 % band of a law."""
+# Parts of a law.
 PARTS = (REVERSE, EXTENDED, TWIN, "#E69F00", "#56B4E9")
-"""Parts of a law."""
+# Contact, single-sided, double-sided impacts, and no closed form.
 REGIMES = ("#dddddd", "#56B4E9", "#E69F00", "#bdbdbd")
-"""Contact, single-sided, double-sided impacts, and no closed form."""
+# Bodies of both gears in section, and their outlines.
 DRIVE, LOOSE, EDGE = "#B9C7D6", "#E3DAC6", "#2f3338"
-"""Bodies of both gears in section, and their outlines."""
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

@@ -37,8 +37,8 @@ class Family:
     people: tuple[str, ...] = ()
 
 
+# The unit families by name.
 FAMILIES: dict[str, Family] = {}
-"""The unit families by name."""
 
 
 def add_family(
@@ -72,10 +72,10 @@ def add_family(
     return family
 
 
+# Characters of a quantity.
 LONGEST = 200
-"""Characters of a quantity."""
+# Above it not every whole number is a float of its own.
 MOST_COUNT = 2**53 - 1
-"""Above it not every whole number is a float of its own."""
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _OFFSETS = {"degC": 273.15, "°C": 273.15}
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
@@ -374,8 +374,8 @@ def _signature(registry: Any, parsed: Any) -> tuple[tuple[str, float], ...]:
 
 
 _MICRO = ("u", "µ", "μ")
+# Prefixes that are no unit of the field by themselves.
 _PREFIXES = ("k", "M", "G", "n", *_MICRO)
-"""Prefixes that are no unit of the field by themselves."""
 _DEG = math.pi / 180
 _RPM = math.pi / 30
 

@@ -23,6 +23,7 @@ class RigTest(NamedTuple):
     old_name: str = ""
 
 
+# Every test by name.
 TESTS = {
     "rattle": RigTest("the motion of the scenario", True, False, ("restitution",)),
     "coastdown": RigTest("coast-down of a gear out of mesh, or of both in mesh", True, True, ("coastdown",), "rundown"),
@@ -32,13 +33,12 @@ TESTS = {
     ),
     "drop": RigTest("impacts on both flanks at given velocities", False, True, ("restitution",)),
 }
-"""Every test by name."""
 
+# Tests of ``gears3d synthesize``.
 SYNTHESIZED = tuple(name for name, test in TESTS.items() if test.synthesized)
-"""Tests of ``gears3d synthesize``."""
+# Tests of ``gears3d bench``.
 IN_ENGINE = tuple(name for name, test in TESTS.items() if test.in_engine)
-"""Tests of ``gears3d bench``."""
+# Kinds of ``gears3d identify``.
 LAWS = tuple(dict.fromkeys(law for test in TESTS.values() for law in test.laws))
-"""Kinds of ``gears3d identify``."""
+# New names by the old ones.
 RENAMED = {test.old_name: name for name, test in TESTS.items() if test.old_name}
-"""New names by the old ones."""

@@ -25,6 +25,7 @@ from gears3d.cli.output import print_error
 from gears3d.cli.pipes import quiet_pipes
 from gears3d.errors import Fault, GearsError, InputError, UsageError
 
+# The verbs in the order of the help, under the headings of the help.
 GROUPS = {
     "Start": ("new", "list", "check", "show", "excitation", "schema", "doctor", "cite"),
     "Simulate": ("run", "sweep", "synthesize", "bench"),
@@ -33,14 +34,13 @@ GROUPS = {
     "Explain": ("diagnose", "plan", "compare"),
     "Verify": ("validate", "papers", "challenge", "reveal"),
 }
-"""The verbs in the order of the help, under the headings of the help."""
+# The verbs in the order of the help.
 VERBS = tuple(verb for verbs in GROUPS.values() for verb in verbs)
-"""The verbs in the order of the help."""
+# Verbs by their old names, which still work and warn.
 RENAMED = {"record": "synthesize", "measure": "segment", "describe": "report", "mesh": "export"}
-"""Verbs by their old names, which still work and warn."""
 
+# Objects after which Python looks for cycles. Its own 700 take 10 % of a run, to look through what was imported.
 YOUNG = 50_000
-"""Objects after which Python looks for cycles. Its own 700 take 10 % of a run, to look through what was imported."""
 
 
 class _Verbs(LazyGroup):

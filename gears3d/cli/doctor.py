@@ -14,14 +14,15 @@ import typer
 
 from gears3d.extras import EXTRAS, missing, pip_line
 
+# Core packages whose versions a report of a fault needs.
 NEEDED = ("numpy", "scipy", "numba", "pyarrow", "matplotlib", "pydantic", "typer")
-"""Core packages whose versions a report of a fault needs."""
+# Packages of extras whose versions it needs where they are installed.
 OPTIONAL = ("pybullet", "trimesh", "rerun-sdk")
-"""Packages of extras whose versions it needs where they are installed."""
+# What works with no extra.
 CORE = "scenarios, recordings, the rigid model, identification, diagnosis and reports"
-"""What works with no extra."""
+# Extras for people; the others are parts of ``formats``.
 SHOWN = ("engine", "replay", "formats", "sweep", "video", "cad", "tables")
-"""Extras for people; the others are parts of ``formats``."""
+# One second of a small pair that rattles.
 CHECK = """
 format = 1
 title = "self-check"
@@ -32,11 +33,10 @@ drag = { torque = "0.003 N m" }
 impact = { restitution = 0.3 }
 run = { duration = "1 s", settle = "0.2 s" }
 """
-"""One second of a small pair that rattles."""
+# Largest difference of an impact's speed between engine and twin that the self-check lets pass, relative, 95 %.
 WORST = 0.005
-"""Largest difference of an impact's speed between engine and twin that the self-check lets pass, relative, 95 %."""
+# Change of the scenario that gives the rigid model a closed form, the reference where the engine is missing.
 CLOSED = {"impact.restitution": 0.0}
-"""Change of the scenario that gives the rigid model a closed form, the reference where the engine is missing."""
 
 
 def doctor(
@@ -137,8 +137,8 @@ def viewer() -> dict[str, Any]:
     return {"path": path, "display": window, "browser": browser, "remedy": remedy}
 
 
+# The compared models in words.
 MODELS = {"bullet": "3D engine", "rigid": "rigid model", "plastic": "closed form"}
-"""The compared models in words."""
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
 
 

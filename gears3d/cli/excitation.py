@@ -63,8 +63,8 @@ def _print(found: Assessment, title: str) -> None:
         console.print(f"note: {escape(note)}")
 
 
+# Flights of a cycle that are printed; JSON has them all.
 SHOWN = 8
-"""Flights of a cycle that are printed; JSON has them all."""
 
 
 def _flights(found: Assessment) -> Any:

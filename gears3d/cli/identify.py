@@ -296,8 +296,8 @@ def backlash(
     answer(identify_backlash(records), out, plot, as_json, inputs_of(records))
 
 
+# A column whose name occurs again, as readers number it: another drop in the same table.
 _REPEATED = re.compile(r"\s*\((\d+)\)$")
-"""A column whose name occurs again, as readers number it: another drop in the same table."""
 if TYPE_CHECKING:
     from gears3d.identify.restitution_list import ImpactList
     from gears3d.measured.readers import Signal, Source

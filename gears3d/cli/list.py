@@ -112,6 +112,7 @@ def units() -> Rows:
     ]
 
 
+# The lists.
 LISTS: dict[str, Callable[[], Rows]] = {
     "effects": effects,
     "scenarios": scenarios,
@@ -121,7 +122,6 @@ LISTS: dict[str, Callable[[], Rows]] = {
     "tests": tests,
     "units": units,
 }
-"""The lists."""
 
 
 def _first(effect: type) -> str:

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from gears3d.results import Result
     from gears3d.scenario import Scenario
 
+# The models; their packages are not loaded for the help.
 MODELS = ("bullet", "rigid", "plastic", "lubricated")
-"""The models; their packages are not loaded for the help."""
 
 
 def command() -> str:
@@ -77,10 +77,10 @@ def load_rig(rig: Path | None, overrides: Sequence[str] | None) -> Scenario | No
     return load(rig, overrides or ())
 
 
+# The callback of an option that names a picture to write.
 to_picture = to_file(*PICTURES)
-"""The callback of an option that names a picture to write."""
+# Ends of names that somebody meant for a file.
 NO_FOLDER = re.compile(r"\.(bmp|gif|jpe?g|tiff?|webp|html?|json|md|toml|txt|zip)$", re.IGNORECASE)
-"""Ends of names that somebody meant for a file."""
 
 
 def to_results(*files: str) -> Callable[[Any], Any]:

@@ -11,8 +11,8 @@ import typer
 
 from gears3d.cli.interrupts import patient_interrupts
 
+# Seconds before the first line where the error stream is not a terminal, and between lines of one stage.
 QUIET, EVERY = 10.0, 30.0
-"""Seconds before the first line where the error stream is not a terminal, and between lines of one stage."""
 
 
 class Tick(Protocol):

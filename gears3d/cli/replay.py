@@ -12,8 +12,8 @@ from gears3d.cli.options import Correct, MapFile, Rig, RigOverrides, load_rig, t
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
+# First bytes of a rerun recording.
 _MAGIC = b"RRF"
-"""First bytes of a rerun recording."""
 
 
 def replay(

@@ -14,8 +14,8 @@ from gears3d.kernels import njit
 from gears3d.lumped.compile import tight
 
 Array = np.ndarray
+# Radians of the fastest oscillation in a step at most: a phase error of 4e-4 rad a period.
 PHASE = 0.3
-"""Radians of the fastest oscillation in a step at most: a phase error of 4e-4 rad a period."""
 
 
 @tight

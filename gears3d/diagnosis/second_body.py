@@ -33,33 +33,33 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.shooting import Windows
 
 Array = np.ndarray
+# Part of the backlash off a flank from which on readings are of a flight, and readings of one at least.
 BETWEEN, FEWEST = 0.06, 16
-"""Part of the backlash off a flank from which on readings are of a flight, and readings of one at least."""
+# Periods in a usual flight at least, readings of a window in a period at least, and ratio of neighbouring frequencies
+# that are sought in flights.
 CYCLES, PER_CYCLE, RATIO = 0.8, 6.0, 1.02
-"""Periods in a usual flight at least, readings of a window in a period at least, and ratio of neighbouring frequencies
-that are sought in flights."""
+# Flights at most.
 FLIGHTS = 200
-"""Flights at most."""
+# Part of the deviation of flights from a parabola that an oscillation must explain, and its least size in variances
+# of the noise.
 SHARE, LEVEL = 0.4, 1.5
-"""Part of the deviation of flights from a parabola that an oscillation must explain, and its least size in
-variances of the noise."""
+# Windows in which a body is sought; part of them whose first flight may be shorter than the first fit; ratio of
+# neighbouring frequencies that are tried: in three rigs, those within 10 % led to the hidden one.
 TRIED, FLYING, DENSE = 12, 0.25, 1.1
-"""Windows in which a body is sought; part of them whose first flight may be shorter than the first fit; ratio of
-neighbouring frequencies that are tried: in three rigs, those within 10 % led to the hidden one."""
+# Neighbours of a frequency that flights suggest from which fits begin, too: the inertia of the first may be off.
 NEIGHBOURS = (-2, -1, 0, 1, 2)
-"""Neighbours of a frequency that flights suggest from which fits begin, too: the inertia of the first may be off."""
+# Periods in a fall across the backlash, from which frequencies are tried, and up to which nodes tell them.
 LONGEST, SHORTEST = 0.7, 14.0
-"""Periods in a fall across the backlash, from which frequencies are tried, and up to which nodes tell them."""
+# Times the first flight that windows are long in the fits of all frequencies, and times as long in each later one;
+# fits that are kept after the first, and part of its frequency by which another must differ to be another.
 FARTHER, KEPT, SAME = (2.2, 1.4), 4, 3e-3
-"""Times the first flight that windows are long in the fits of all frequencies, and times as long in each later one;
-fits that are kept after the first, and part of its frequency by which another must differ to be another."""
+# Part of the chi-square in beginnings of windows that the best body may leave for fits in longer ones to be made.
 HELPS = 0.5
-"""Part of the chi-square in beginnings of windows that the best body may leave for fits in longer ones to be made."""
+# Inertia over that of the gear from which fits begin, the damping ratio, and rounds of the fits of all frequencies.
 FIRST, DAMPING, SHORT = 0.2, 0.05, 4
-"""Inertia over that of the gear from which fits begin, the damping ratio, and rounds of the fits of all frequencies."""
+# Plays from which fits begin, in backlashes, and part of the damping at which a body was tried that one with play
+# begins with at least.
 PLAYS, LEAST = (0.03, 0.1, 0.3), 0.2
-"""Plays from which fits begin, in backlashes, and part of the damping at which a body was tried that one with play
-begins with at least."""
 
 
 def flights(windows: Windows) -> list[tuple[Array, Array]]:

@@ -30,26 +30,26 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 FORMATS = ("urdf", "mjcf")
+# Duration of contacts of the MJCF [s], or a period of the fastest harmonic of the drive over that, where this is
+# less. Hulls that come into mesh push the gears by their chord error over this duration: short contacts separate
+# them, long ones let the teeth penetrate.
 CONTACT, PERIODS = 1e-3, 300.0
-"""Duration of contacts of the MJCF [s], or a period of the fastest harmonic of the drive over that, where this is less.
-Hulls that come into mesh push the gears by their chord error over this duration: short contacts separate them, long
-ones let the teeth penetrate."""
+# Time steps of the MJCF in a contact.
 STEPS = 40.0
-"""Time steps of the MJCF in a contact."""
+# Of the MJCF: less needs more damping than the steps resolve.
 LEAST_RESTITUTION = 0.02
-"""Of the MJCF: less needs more damping than the steps resolve."""
+# Rotor inertia of the drive's joints in the MJCF over the loose gear's inertia: impacts do not change the motion.
 _IMPOSED = 1e6
-"""Rotor inertia of the drive's joints in the MJCF over the loose gear's inertia: impacts do not change the motion."""
+# Mass of a body that carries the teeth in the MJCF over that of their gear. MuJoCo scales the softness of a contact
+# by the mobility of its body's centre of mass, which is 0 on a joint's axis: contacts are then so stiff that two of
+# opposite normals give forces without bound. The centre is therefore off the axis, so that this mobility is that
+# along the line of action.
 _LIGHT = 1e-9
-"""Mass of a body that carries the teeth in the MJCF over that of their gear. MuJoCo scales the softness of a contact by
-the mobility of its body's centre of mass, which is 0 on a joint's axis: contacts are then so stiff that two of opposite
-normals give forces without bound. The centre is therefore off the axis, so that this mobility is that along the line of
-action."""
+# Of the solids that mass and inertia are taken from [m].
 _CHORD = 2e-6
-"""Of the solids that mass and inertia are taken from [m]."""
 _MM = 1e3
+# Forms of effects that are in hulls and motion.
 _HELD = (Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC, Code.MOTION_HARMONIC)
-"""Forms of effects that are in hulls and motion."""
 
 
 def write_multibody(scenario: Scenario, folder: Path, formats: Sequence[str], command: str = "") -> dict[str, Any]:

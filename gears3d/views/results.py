@@ -106,8 +106,8 @@ def plot(result: Any, file: Path | None = None) -> Figure:
     return figure
 
 
+# Bytes of a picture up to which a page has it as lines; a larger one becomes pixels.
 MOST_VECTOR = 400_000
-"""Bytes of a picture up to which a page has it as lines; a larger one becomes pixels."""
 
 
 def _page(told: Contents, made: dict[str, Any], files: tuple[str, ...]) -> str:
@@ -357,6 +357,7 @@ def _aside(interval: str) -> str:
     return interval if interval.startswith("±") else f"({interval})"
 
 
+# Laws in words.
 LAWS = {
     "coulomb": "Coulomb drag, independent of speed",
     "viscous": "viscous drag, proportional to speed",
@@ -365,7 +366,6 @@ LAWS = {
     "constant": "constant coefficient of restitution",
     "transmission_error": "transmission error of both flanks",
 }
-"""Laws in words."""
 
 
 def assessment(result: Assessment) -> Contents:
@@ -621,6 +621,7 @@ def swept(result: Done) -> Contents:
     )  # fmt: skip
 
 
+# Classes of results by name, so that no package is loaded for a result of another kind.
 KINDS: dict[str, Callable[[Any], Contents]] = {
     "Recording": recording,
     "Comparison": comparison,
@@ -639,4 +640,3 @@ KINDS: dict[str, Callable[[Any], Contents]] = {
     "Strip": strip,
     "Told": lambda result: result.contents,
 }
-"""Classes of results by name, so that no package is loaded for a result of another kind."""

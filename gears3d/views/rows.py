@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from gears3d.simulation.excitation import Assessment
     from gears3d.sweep import Done
 
+# Descriptions of motions whose name is not enough.
 MOTIONS = {"too_short": "too short to determine the period", "quasi_periodic": "quasi-periodic"}
-"""Descriptions of motions whose name is not enough."""
 
 
 def regime_line(summary: dict[str, Any]) -> str:
@@ -237,13 +237,13 @@ def law_rows(found: Identified) -> list[tuple[str, str]]:
     return rows
 
 
+# Parameters of laws in words, where the name is not enough.
 PARAMETERS = {
     "coulomb": "Coulomb torque",
     "viscous": "viscous coefficient",
     "restitution": "coefficient of restitution",
     "standard_deviation": "scatter of the restitution",
 }
-"""Parameters of laws in words, where the name is not enough."""
 
 
 def parameter_words(name: str) -> str:
@@ -251,6 +251,7 @@ def parameter_words(name: str) -> str:
     return PARAMETERS.get(name, name.replace("_", " "))
 
 
+# Measures of fit in words, where the name is not enough.
 GOODNESS = {
     "residual_over_noise": "residual over noise of single readings",
     "p_structure": "p-value: residual without pattern",
@@ -261,7 +262,6 @@ GOODNESS = {
     "points": "readings used",
     "errors_over_stated": "scatter over stated errors",
 }
-"""Measures of fit in words, where the name is not enough."""
 
 
 def goodness_rows(goodness: dict[str, Any], place: str = "") -> list[tuple[str, str]]:

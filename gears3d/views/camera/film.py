@@ -23,20 +23,20 @@ if TYPE_CHECKING:
 
     from gears3d.views.camera.subject import Subject
 
+# Pixels of a frame: as the camera of Rigaud & Perret-Liaudet 2020 has them up to 3200 frames a second, and beyond.
 LARGE, SMALL = (1280, 800), (640, 400)
-"""Pixels of a frame: as the camera of Rigaud & Perret-Liaudet 2020 has them up to 3200 frames a second, and beyond."""
+# Frames a second up to which frames are large.
 FULL_RATE = 3200.0
-"""Frames a second up to which frames are large."""
+# Frames a second of a film that nobody asked another speed of.
 SHOWN = 25.0
-"""Frames a second of a film that nobody asked another speed of."""
+# Frames a second.
 SHOWN_BY_PLAYERS = (1.0, 120.0)
-"""Frames a second."""
+# What the encoder is, what needs it, and the extra that installs it.
 PYAV = ("av", "a film (--video)", "video")
-"""What the encoder is, what needs it, and the extra that installs it."""
+# Colours of a GIF.
 COLOURS = 64
-"""Colours of a GIF."""
+# Frames of a film at most.
 MOST = 20_000
-"""Frames of a film at most."""
 
 
 def write_film(
@@ -242,16 +242,16 @@ def _now(beside: dict[str, Any], shot: Shot, caption: str) -> None:
     beside["cursor"].set_markeredgecolor(ink)
 
 
+# Pictures a second by the ending of the file.
 PLAYED = {".mp4": 25.0, ".gif": 10.0}
-"""Pictures a second by the ending of the file."""
+# Time that the period takes, without the stops [s].
 LASTS = 12.0
-"""Time that the period takes, without the stops [s]."""
+# Time that the tour stops at an event [s].
 STOPS = {"contact loss": 1.6, "flight": 0.0, "impact": 1.6, "bounce": 0.8, "contact": 1.6}
-"""Time that the tour stops at an event [s]."""
+# Bounces on a flank at which it stops; further ones are seen in passing.
 FEW = 2
-"""Bounces on a flank at which it stops; further ones are seen in passing."""
+# Instants at which the state is looked up.
 POINTS = 8000
-"""Instants at which the state is looked up."""
 NO_PERIOD = "the recording is shorter than the begin of a tour"
 
 

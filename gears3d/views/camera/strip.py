@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation import Measurement
     from gears3d.scenario import Scenario
 
+# Of the picture that a notebook shows [dots an inch].
 RESOLUTION = 110
-"""Of the picture that a notebook shows [dots an inch]."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -181,15 +181,15 @@ def span(text: str | float, filmed: Subject, key: str) -> tuple[float, float | N
         raise InputError([Fault(key, fault.message, remedy) for fault in error.faults]) from None
 
 
+# Of the curve of the displacement.
 POINTS = 2000
-"""Of the curve of the displacement."""
+# Models in words.
 MODELS = {
     "bullet": "rigid bodies in PyBullet",
     "rigid": "rigid model, one degree of freedom",
     "plastic": "plastic impacts in closed form",
     "lubricated": "lubricated model",
 }
-"""Models in words."""
 MM = 1e3
 UM = 1e6
 
@@ -294,14 +294,14 @@ def _foot(subject: Subject, look: Look) -> str:
     return "\n".join(lines)
 
 
+# Units of the drawing in a point of print, at 100 units an inch.
 POINT = 100.0 / 72.0
-"""Units of the drawing in a point of print, at 100 units an inch."""
+# Of one picture, of the line above it, and between two pictures [units].
 WIDE, HIGH, TITLE, APART = 330.0, 264.0, 22.0, 8.0
-"""Of one picture, of the line above it, and between two pictures [units]."""
+# Height of the gap over time, and the margins for its axes [units].
 COURSE, LEFT, BELOW = 110.0, 62.0, 40.0
-"""Height of the gap over time, and the margins for its axes [units]."""
+# Of the gap over time.
 SAMPLES = 1200
-"""Of the gap over time."""
 
 
 class Axes:

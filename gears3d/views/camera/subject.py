@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
+# Part of the backlash within which a flank is touched, where a recording does not tell its contacts.
 NEAR = 1e-3
-"""Part of the backlash within which a flank is touched, where a recording does not tell its contacts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +132,8 @@ def measured(found: Measurement, rig: Scenario) -> Subject:
     return replace(seen, places=places)
 
 
+# Distance from the pitch point, in pitches, within which one pair is named; between two pairs both are.
 BESIDE = 1.0 / 3.0
-"""Distance from the pitch point, in pitches, within which one pair is named; between two pairs both are."""
 
 
 def shots(subject: Subject, count: int, start: float, lasts: float) -> tuple[Shot, ...]:

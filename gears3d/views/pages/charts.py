@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
+# Time step of the embedded data, s.
 TICK = 1e-7
-"""Time step of the embedded data, s."""
 
+# Quantum and tolerance (fraction of the range) of each signal that is drawn.
 CHANNELS = {
     "displacement_m": (1e-9, 1e-4),
     "velocity_m_s": (1e-6, 3e-4),
     "omega_drive_rad_s": (1e-6, 1e-3),
     "omega_loose_rad_s": (1e-6, 1e-3),
 }
-"""Quantum and tolerance (fraction of the range) of each signal that is drawn."""
 
 MOST_POINTS = 30_000
 
@@ -212,6 +212,7 @@ def crossings(recording: Recording, table: np.ndarray, start: float) -> dict[str
     return {name: both[across & (found.struck == code)] for code, name in enumerate(FLANKS)}
 
 
+# Quantum of each column that is embedded.
 QUANTA = {
     "velocity_m_s": 1e-7,
     "rebound_m_s": 1e-7,
@@ -221,7 +222,6 @@ QUANTA = {
     "tooth_drive": 1.0,
     "tooth_loose": 1.0,
 }
-"""Quantum of each column that is embedded."""
 
 
 def impact_table(recording: Recording, quanta: dict[str, float] = QUANTA) -> dict[str, Any]:
@@ -316,16 +316,16 @@ def _wall_block(scenario: Scenario, recording: Recording, time: np.ndarray) -> d
     return out
 
 
+# Names of colours in the style sheet, which has them for light and dark.
 LOOKS = {colour.lower(): name for colour, name in {
     palette.ACTIVE: "active", palette.REVERSE: "reverse", palette.EXTENDED: "extended", palette.TWIN: "twin",
     palette.NEUTRAL: "flight", palette.FLIGHT: "flight", palette.BAND: "active", palette.SOFT: "soft",
     palette.INK: "run", "#000000": "run", "#bbbbbb": "rule",
 }.items()}  # fmt: skip
-"""Names of colours in the style sheet, which has them for light and dark."""
+# Points of a series.
 MOST = 3000
-"""Points of a series."""
+# Distributions of an axis, as the plotting library numbers them.
 SCALES = {"linear": 1, "log": 3, "symlog": 4}
-"""Distributions of an axis, as the plotting library numbers them."""
 
 
 def series(kind: str, label: str, look: str, x: Any, y: Any, **more: Any) -> dict[str, Any]:

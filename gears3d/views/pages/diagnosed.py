@@ -28,9 +28,10 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.hypotheses import Experiment
     from gears3d.diagnosis.verdict import Named
 
+# Residual patterns that get a chart.
 SHOWN = 2
-"""Residual patterns that get a chart."""
 QUESTION = "Where do the records deviate from the nominal model of the rig, and why?"
+# Name of each channel, with the measured and the predicted quantity.
 CHANNEL_WORDS = {
     "flight": ("flight", "angle of the loose gear in free flight, compared with its deceleration by drag"),
     "contact": ("contact", "displacement in contact, compared with the nominal flank"),
@@ -38,14 +39,14 @@ CHANNEL_WORDS = {
     "loss": ("loss of contact", "separation speed, extrapolated from the flight to the instant of contact loss"),
     "drive": ("drive", "angle of the drive gear, compared with the nominal motion"),
 }
-"""Name of each channel, with the measured and the predicted quantity."""
+# Names of excluded points of each channel, singular and plural.
 LEFT_OUT = {
     "flight": ("flight", "flights"),
     "contact": ("point in contact", "points in contact"),
     "impact": ("impact", "impacts"),
     "loss": ("loss of contact", "losses of contact"),
 }
-"""Names of excluded points of each channel, singular and plural."""
+# Residual patterns in words, by their names in the contract.
 STRUCTURES = {
     "sensor.ratio": "a drift of the displacement in contact",
     "sensor.delay": "a displacement in contact that is proportional to the speed of the drive gear",
@@ -75,11 +76,10 @@ STRUCTURES = {
     "impact.all": "deviations of rebounds that one more cause would explain",
     "loss.all": "deviations at contact loss that one more cause would explain",
 }
-"""Residual patterns in words, by their names in the contract."""
+# Words for a resonance of the readings themselves, in metres.
 RINGS = "an oscillation of the readings at one frequency, independent of speed, as of a compliant encoder mount"
-"""Words for a resonance of the readings themselves, in metres."""
+# Quantities of the minimum detectable effects, by place.
 PLACES = {"geometry": "flanks and backlash", "torque": "torques on the loose gear", "impact": "restitution"}
-"""Quantities of the minimum detectable effects, by place."""
 
 
 def called(structure: str, unit: str) -> str:
@@ -100,8 +100,8 @@ def joined(names: Sequence[str]) -> str:
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
 
 
+# Residual in standard deviations above which a channel is reported with every verdict.
 OFF = 3.0
-"""Residual in standard deviations above which a channel is reported with every verdict."""
 
 
 class ChannelRow(NamedTuple):
@@ -297,8 +297,8 @@ def snippet(causes: Sequence[Named]) -> str:
     return "\n\n".join(tables)
 
 
+# Parts of the names of residual patterns over an order.
 ORDERED = ("order", "angle")
-"""Parts of the names of residual patterns over an order."""
 
 
 def left_out(counts: dict[str, int]) -> str:

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis, Resonance
 
 Array = np.ndarray
+# Points of a series that are drawn.
 SHOWN = 600
-"""Points of a series that are drawn."""
+# Points of a series below which they are drawn larger.
 FEW = 250
-"""Points of a series below which they are drawn larger."""
+# Means of a series.
 MEANS = 14
-"""Means of a series."""
+# Times the range of means and curves that the frame shows of the points at most.
 MAGNIFIED = 2.5
-"""Times the range of means and curves that the frame shows of the points at most."""
+# Times the usual error of a mean beyond which it does not widen the frame.
 VAGUE = 4.0
-"""Times the usual error of a mean beyond which it does not widen the frame."""
 
 
 class Series(NamedTuple):
@@ -133,6 +133,7 @@ def chart(drawn: list[Series], frame: Frame, says: str) -> dict[str, Any]:
             "xrange": list(frame.across), "yrange": list(frame.up), "turn": frame.turn, "sets": sets}  # fmt: skip
 
 
+# Name and scale of the residual of each channel.
 VALUES = {
     "flight": ("extra deceleration of flights [rad/s²]", 1.0),
     "contact": ("displacement residual [µm]", 1e6),
@@ -140,14 +141,13 @@ VALUES = {
     "loss": ("extrapolated separation speed [µm/s]", 1e6),
     "drive": ("drive angle residual [µrad]", 1e6),
 }
-"""Name and scale of the residual of each channel."""
+# Channel in which causes of each place are shown.
 PLACES = {"torque": "flight", "geometry": "contact", "impact": "impact", "motion": "drive", "sensor": "contact"}
-"""Channel in which causes of each place are shown."""
+# Times the frequency of a resonance up to which spectra are shown; 0 dB [m].
 WIDE, REFERENCE = 3.0, 1e-6
-"""Times the frequency of a resonance up to which spectra are shown; 0 dB [m]."""
 RPM = 30.0 / pi
+# Teeth to either side of a deviating tooth that its chart shows.
 TEETH = 3.0
-"""Teeth to either side of a deviating tooth that its chart shows."""
 
 
 class Samples(NamedTuple):

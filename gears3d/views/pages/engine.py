@@ -156,10 +156,10 @@ def anchor(term: str) -> str:
     return "term-" + re.sub(r"\W+", "-", term)
 
 
+# Place of the terms in a page, which are those that it links to.
 _TERMS = "<!-- terms -->"
-"""Place of the terms in a page, which are those that it links to."""
+# Terms of a page that links to none.
 ALWAYS = ("drive gear", "loose gear", "active flank", "reverse flank", "backlash", "free flight", "impact")
-"""Terms of a page that links to none."""
 
 
 def _meanings(page: str) -> str:
@@ -193,6 +193,7 @@ DOCS = "https://github.com/gears3d/gears3d/blob/main/docs/"
 _GEARS, _CONTACT, _RECORDS, _CAUSES = (
     f"glossary.md#{part}" for part in ("gears-and-motion", "contact", "measurement", "inference")
 )
+# Meaning and page by term.
 TERMS: dict[str, tuple[str, str]] = {
     "drive gear": ("Driving gear: its motion is imposed.", _GEARS),
     "loose gear": ("Idle (unloaded) gear: it is moved through the mesh and resisted by drag only.", _GEARS),
@@ -254,4 +255,3 @@ TERMS: dict[str, tuple[str, str]] = {
     "competing hypothesis": ("Another cause that could explain the same data.", "theory/diagnosis.md"),
     "minimum detectable effect": ("Smallest size at which a cause would be reported.", "theory/diagnosis.md"),
 }
-"""Meaning and page by term."""

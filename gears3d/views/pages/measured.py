@@ -24,12 +24,12 @@ from gears3d.views.plots.numbers import Figure, figure, kind_of, plain, sized, s
 if TYPE_CHECKING:
     from gears3d.measured.segmentation import Measurement, Segments
 
+# Meaning of the methods of evaluating an encoder.
 READ_AS = {
     "edges": "counts last longer than samples: the times at which the counter changes are used",
     "samples": "counts are shorter than samples: every sample is used, shifted by 0.5 counts",
     "smooth": "no quantisation is visible: every sample is used as it is",
 }
-"""Meaning of the methods of evaluating an encoder."""
 CHANNELS = {"theta_drive_rad": "drive gear", "theta_loose_rad": "loose gear", "time_s": "clock"}
 
 
@@ -119,8 +119,8 @@ def sensor_lines(summary: dict[str, Any]) -> list[Claim]:
     return lines
 
 
+# Duration of impacts, in samples, below which a limit is stated.
 SAMPLES = 4.0
-"""Duration of impacts, in samples, below which a limit is stated."""
 
 
 def limits(found: Measurement) -> list[str]:
@@ -295,13 +295,13 @@ def _torque(found: Measurement, slowing: float) -> str:
     return f"of the loose gear: a drag torque of {torque} N·m with the rig's inertia of {plain(inertia, 3)} kg·m²"
 
 
+# Name and meaning of the reasons why an interval without contact is not used.
 WHY_NOT = {
     "too_short": ("too short", "fewer readings than a parabola needs"),
     "no_blow": ("no approach", "not a flight: the interval without contact ends without an approach speed"),
     "cut_off": ("truncated", "reaches the begin or end of the record"),
     "no_testimony": ("poor fit", "kept, but it fails the goodness-of-fit test and is not used for identification"),
 }
-"""Name and meaning of the reasons why an interval without contact is not used."""
 
 
 def discarded(summary: dict[str, Any]) -> list[Claim]:
@@ -448,14 +448,14 @@ def answer(summary: dict[str, Any]) -> str:
     return f"{text}."
 
 
+# Order up to which the noise floor is drawn.
 HIGHEST = 400
-"""Order up to which the noise floor is drawn."""
+# Bins of the angle in a wave of the highest order, at least.
 FINE = 32
-"""Bins of the angle in a wave of the highest order, at least."""
+# Regularisation, relative to the number of readings, of orders that few contact angles determine poorly.
 RIDGE = 1e-4
-"""Regularisation, relative to the number of readings, of orders that few contact angles determine poorly."""
+# Points in contact below which no orders are reported.
 FEWEST = 50
-"""Points in contact below which no orders are reported."""
 
 
 def orders_told(found: Measurement) -> dict[str, list[dict[str, Any]]]:
@@ -517,6 +517,7 @@ def _floors(found: Measurement, flank: int, taken: list[dict[str, Any]]) -> dict
     }
 
 
+# Quantum of each column of impacts, at most 10 % of any measurement error.
 IMPACTS = {
     **QUANTA,
     "time_sigma_s": 1e-9,
@@ -527,7 +528,7 @@ IMPACTS = {
     "duration_max_s": 1e-8,
     "testifies": 1.0,
 }
-"""Quantum of each column of impacts, at most 10 % of any measurement error."""
+# Quantum of each column of flights.
 FLIGHTS = {
     "start_s": 1e-7,
     "end_s": 1e-7,
@@ -541,13 +542,12 @@ FLIGHTS = {
     "chi2": 1e-4,
     "testifies": 1.0,
 }
-"""Quantum of each column of flights."""
+# Tolerance of the drawn line, in standard deviations of the noise.
 DEVIATIONS = 3.0
-"""Tolerance of the drawn line, in standard deviations of the noise."""
+# Readings drawn in the period that is magnified.
 READINGS = 6000
-"""Readings drawn in the period that is magnified."""
+# Flights in it where the drive has no period.
 FLIGHTS_SHOWN = 6
-"""Flights in it where the drive has no period."""
 
 
 def blocks(found: Measurement) -> dict[str, Any]:

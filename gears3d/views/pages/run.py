@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
+# Name and meaning of each number of the comparison.
 COMPARISON = {
     "mode": (
         "compared as",
@@ -53,8 +54,8 @@ COMPARISON = {
     "flight_height_min_m": ("minimum flight height", "lower bounces are not compared"),
     "regime_equal": ("same regime", "run and rigid model have the same pattern of motion"),
 }
-"""Name and meaning of each number of the comparison."""
 
+# Name and meaning of the numbers where distributions are compared, not single impacts.
 DISTRIBUTION = {
     "impacts_compared": (
         "impacts in the rigid model",
@@ -77,10 +78,10 @@ DISTRIBUTION = {
         "difference of run and rigid model, larger value of both flanks",
     ),
 }
-"""Name and meaning of the numbers where distributions are compared, not single impacts."""
 
 RATIOS = ("velocity_error_median", "velocity_error_p95", "velocity_bias")
 
+# What the parts of the error budget come from, by how their names begin.
 BUDGET = {
     "facet": "flat facets in place of the involute, for collision hulls only",
     "hull_quantisation": "resolution at which Bullet stores the vertices of a hull",
@@ -91,17 +92,16 @@ BUDGET = {
     "step": "finite time step: none, as events end steps",
     "total": "largest error of a gap in this run: hulls only select the teeth, gaps are evaluated on the true flanks",
 }
-"""What the parts of the error budget come from, by how their names begin."""
 
+# The same for Bullet's own contact, where no impact is placed on the true flanks.
 NATIVE = {
     "facet": "flat facets in place of the involute: they are the contact surface and tilt the contact normal",
     "raw_minus_refined": "gap of the hulls in contact minus the gap of the true flanks",
     "total": "largest error of a gap in this run: the hulls are the contact surface; errors of rebound direction are "
     "not included",
 }
-"""The same for Bullet's own contact, where no impact is placed on the true flanks."""
+# Parts that do not apply to Bullet's own contact.
 NATIVE_WITHOUT = ("location", "step")
-"""Parts that do not apply to Bullet's own contact."""
 
 
 def comparison_lines(comparison: dict[str, Any] | None) -> list[Claim]:
@@ -202,6 +202,7 @@ class Line(NamedTuple):
     value: str
 
 
+# Names of the keys of a scenario.
 NAMES = {
     "gears": "Gears",
     "gears.module": "module (normal)",
@@ -234,7 +235,6 @@ NAMES = {
     "effect": "Effects",
     "expect": "Expected",
 }
-"""Names of the keys of a scenario."""
 
 
 PASSED_OVER = ("format", "title", "source", "extends")
@@ -383,14 +383,15 @@ def _loose(data: dict[str, Any]) -> str:
     return text + "."
 
 
+# Meaning of each regime.
 REGIMES = {
     "contact": "The active flanks stay in contact: the loose gear does not rattle",
     "single_sided": "The loose gear bounces on one flank (single-sided impacts) and never crosses the backlash",
     "double_sided": "The loose gear rattles: it crosses the backlash and impacts both flanks (double-sided impacts)",
 }
-"""Meaning of each regime."""
 
 
+# Name and meaning of each result.
 LINES = {
     "regime": ("regime", "contact, single-sided or double-sided impacts, after settling"),
     "motion": ("periodicity", "1T repeats every period of the drive's fluctuation, 2T every second one, and so on"),
@@ -417,15 +418,14 @@ LINES = {
         "inertia torque of the fluctuation over the base drag, without effects; rigid teeth lose contact above 1",
     ),
 }
-"""Name and meaning of each result."""
 
 
+# Shares of time.
 SHARES = {
     "active_share": "in permanent contact with the active flank",
     "reverse_share": "in permanent contact with the reverse flank",
     "flight_share": "in flight, bounces included",
 }
-"""Shares of time."""
 
 
 def _speed_figure(velocity: float | None) -> Figure:

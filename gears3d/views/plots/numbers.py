@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+# What a quantity is shown in: from which size on, scale, unit; largest first.
 SCALES = {
     "velocity": ((1.0, 1.0, "m/s"), (1e-3, 1e-3, "mm/s"), (0.0, 1e-6, "µm/s")),
     "length": ((1.0, 1.0, "m"), (1e-3, 1e-3, "mm"), (1e-6, 1e-6, "µm"), (1e-9, 1e-9, "nm"), (0.0, 1e-12, "pm")),
@@ -20,10 +21,10 @@ SCALES = {
     "speed": ((0.0, np.pi / 30.0, "rpm"),),
     "power": ((1.0, 1.0, "W"), (1e-3, 1e-3, "mW"), (1e-6, 1e-6, "µW"), (0.0, 1e-9, "nW")),
 }
-"""What a quantity is shown in: from which size on, scale, unit; largest first."""
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
+# How the names of the contract end, and what kind of quantity that makes them.
 SUFFIXES = (
     ("_J_s", "power"),
     ("_rad_s", "speed"),
@@ -34,7 +35,6 @@ SUFFIXES = (
     ("_s", "time"),
     ("_cycles", "cycles"),
 )
-"""How the names of the contract end, and what kind of quantity that makes them."""
 
 
 class Figure(NamedTuple):
@@ -98,8 +98,8 @@ def kind_of(name: str) -> str:
     return next((kind for end, kind in SUFFIXES if name.endswith(end)), "")
 
 
+# Typography of units.
 SIGNS = {r"\bu(?=[ms]\b)": "µ", r"\bdeg\b": "°", r"(?<=\w) (?=\w)": "·", r"\*(?!\*)": "·", r"\^2": "²", r"\^3": "³"}
-"""Typography of units."""
 
 
 def pretty(text: str) -> str:
@@ -145,8 +145,8 @@ def percent(value: float | None) -> Figure:
     return Figure(f"{text}\N{NO-BREAK SPACE}%", float(value))
 
 
+# Kind of quantity by SI unit, where another unit is easier to read.
 KINDS = {"m": "length", "s": "time", "rad": "angle", "N m": "torque", "m/s": "velocity"}
-"""Kind of quantity by SI unit, where another unit is easier to read."""
 
 
 def spread(value: float, low: float, high: float, unit: str = "") -> tuple[Figure, str]:

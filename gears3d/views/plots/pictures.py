@@ -114,10 +114,10 @@ def _spectrum(axes: Axes, found: dict[str, signals.Spectrum | None], label: str)
     return None
 
 
+# Flights in the left picture.
 SHOWN = 20
-"""Flights in the left picture."""
+# Readings drawn at most.
 POINTS = 8000
-"""Readings drawn at most."""
 STATES = ((0, COLOURS[0], "active contact"), (1, COLOURS[1], "reverse contact"), (2, palette.SOFT, "flight"))
 
 
@@ -259,8 +259,8 @@ def span(point: tuple[float, float] | None, columns: int = 160, rows: int = 320)
     return wide, tall
 
 
+# Times its tolerance from which and up to which a difference is drawn where it is.
 LEAST_SHOWN, MOST_SHOWN = 1e-3, 100.0
-"""Times its tolerance from which and up to which a difference is drawn where it is."""
 
 
 def verdict_picture(found: ModelVerdict) -> Figure:

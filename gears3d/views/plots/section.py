@@ -143,11 +143,11 @@ def widening(pair: Pair) -> float:
     return float(_FACTORS[max(int(np.searchsorted(_FACTORS, wanted, "right")) - 1, 0)])
 
 
+# Frames per second of simulated time: at least, at most.
 FRAME_RATE = (500.0, 4000.0)
-"""Frames per second of simulated time: at least, at most."""
 FRAMES_PER_PITCH = 24
+# Samples per second that plots keep away from impacts.
 PLOT_RATE = 4000.0
-"""Samples per second that plots keep away from impacts."""
 
 
 @dataclass(frozen=True)
@@ -305,10 +305,10 @@ def states(displacement: np.ndarray, active: np.ndarray, reverse: np.ndarray, to
     return np.where(displacement - active <= tolerance, 0, np.where(reverse - displacement <= tolerance, 1, -1))
 
 
+# Height of the picture in pitches; 0 for both gears whole.
 ZOOMS = {"mesh": 3.0, "tooth": 1.5, "gears": 0.0}
-"""Height of the picture in pitches; 0 for both gears whole."""
+# Width over height of a picture, as of 800 by 640 pixels.
 SHAPE = 1.25
-"""Width over height of a picture, as of 800 by 640 pixels."""
 
 
 @dataclass(frozen=True)
@@ -388,10 +388,10 @@ class Look:
         return outline(self.wide, "drive", fine), outline(self.wide, "loose", fine)
 
 
+# Largest distance of a drawn flank from the flank, in heights of the picture.
 CHORD = 1e-4
-"""Largest distance of a drawn flank from the flank, in heights of the picture."""
+# Part of its width that a tip keeps.
 _SHARPEST = 0.05
-"""Part of its width that a tip keeps."""
 
 
 def _tip(pair: Pair, which: str) -> float:
@@ -400,8 +400,8 @@ def _tip(pair: Pair, which: str) -> float:
     return 2.0 * (pair.half_angle(which) - (roll - atan(roll)))
 
 
+# What a picture shows, by the code of the flank.
 WORDS = {0: "active flanks touch", 1: "reverse flanks touch", -1: "free flight"}
-"""What a picture shows, by the code of the flank."""
 
 
 class Shot(NamedTuple):

@@ -158,15 +158,15 @@ def style(rec: rr.RecordingStream, entity: str, names: list[str], colors: list[t
 
 
 SECTION = "/poincare"
+# Of the plot: a cycle in degrees, and the range of velocities drawn as high.
 WIDTH, HEIGHT = 360.0, 240.0
-"""Of the plot: a cycle in degrees, and the range of velocities drawn as high."""
+# For the scales, left and right, above and below.
 _MARGIN = (52.0, 36.0)
-"""For the scales, left and right, above and below."""
 _GRID = (0x44, 0x48, 0x50)
 _TEXT = (0xB0, 0xB4, 0xBA)
 _FLANK_WORDS = ("active", "reverse")
+# Radius of a point, in points of the screen.
 _POINT = -2.5
-"""Radius of a point, in points of the screen."""
 
 
 def poincare(
@@ -230,8 +230,8 @@ def _frame(rec: rr.RecordingStream, root: str, reach: float) -> None:
 
 ABOUT = "/about"
 CAPTION = "/caption"
+# Frames shown a second of the watcher's time.
 FRAMES_A_SECOND = 25.0
-"""Frames shown a second of the watcher's time."""
 
 
 def layout(section: Section, frame_rate: float, window: float, caption: bool = False) -> rrb.Blueprint:

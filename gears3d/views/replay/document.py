@@ -68,8 +68,8 @@ if TYPE_CHECKING:
     from gears3d.views.camera.film import Event
     from gears3d.views.camera.subject import Subject
 
+# Time that the period of a tour takes in the viewer [s].
 TOUR = 20.0
-"""Time that the period of a tour takes in the viewer [s]."""
 
 
 def replay(
@@ -290,12 +290,12 @@ def arranged(
 
 
 COLOURS_OF = {"white": LINE, "pink": TWIN, "green": EXTENDED, "yellow": FOURTH}
+# Recordings side by side.
 MOST = len(COLOURS_OF)
-"""Recordings side by side."""
+# Of the lines; later ones cover earlier ones where they agree.
 WIDTHS_OF = (5.0, 3.5, 2.0, 1.0)
-"""Of the lines; later ones cover earlier ones where they agree."""
+# Relative difference of periods of which one phase can be taken for the other's.
 SAME_PERIOD = 1e-3
-"""Relative difference of periods of which one phase can be taken for the other's."""
 
 
 class Shown(NamedTuple):
@@ -414,11 +414,11 @@ def _about_several(shown: Sequence[Shown], later: Sequence[float], factor: float
     return rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
 
 
+# Of the three, and of their entities.
 NAMES = ("measured", "base", "extended")
-"""Of the three, and of their entities."""
 COLOURS_OF_THREE = (LINE, TWIN, EXTENDED)
+# Width of the line of the extended model, which stays visible behind the measured one.
 WIDTHS_OF_THREE = (1.5, 2.5, 6.0)
-"""Width of the line of the extended model, which stays visible behind the measured one."""
 _UM = 1e6
 
 

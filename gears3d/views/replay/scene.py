@@ -35,8 +35,8 @@ def require_rerun() -> None:
 
 
 APPLICATION = "gears3d"
+# Of the pictures.
 BACKGROUND = [0x16, 0x18, 0x1D]
-"""Of the pictures."""
 
 TIMELINE = "sim_time"
 IMPACT = "impact"
@@ -104,17 +104,17 @@ def trail(
 
 
 # The palette as red, green, blue
+# By the code of the flank in a recording.
 FLANKS = tuple(palette.rgb(colour) for colour in palette.FLANKS)
-"""By the code of the flank in a recording."""
 FLIGHT, TWIN, EXTENDED, FOURTH = map(palette.rgb, (palette.FLIGHT, palette.TWIN, palette.EXTENDED, palette.FOURTH))
+# Solids in the light of a scene, and the mark on them.
 DRIVE, LOOSE, MARK = (0x8A, 0x94, 0xA0), (0xCF, 0xC6, 0xB2), (0x30, 0x34, 0x3A)
-"""Solids in the light of a scene, and the mark on them."""
+# Measured quantities on the dark plots.
 LINE = (0xF0, 0xF0, 0xF0)
-"""Measured quantities on the dark plots."""
 
 
+# Points on each involute.
 POINTS = 9
-"""Points on each involute."""
 
 
 def tooth(section: Section, which: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -156,14 +156,14 @@ def ring(section: Section, which: int, depth: float = 7.0) -> tuple[np.ndarray, 
 
 
 SCENE = "/scene"
+# How long an impulse is seen while it fades, in pictures of a regular grid: two seconds of the watcher's time.
 TRAIL = 50
-"""How long an impulse is seen while it fades, in pictures of a regular grid: two seconds of the watcher's time."""
+# Brightness of the arrows of a trail, new ones first.
 LEVELS = (1.0, 0.65, 0.4, 0.2)
-"""Brightness of the arrows of a trail, new ones first."""
+# Arrows seen at once.
 MOST = 4
-"""Arrows seen at once."""
+# How far the facets shown may lie from the flanks [m].
 CHORD = 20e-6
-"""How far the facets shown may lie from the flanks [m]."""
 _NAMES = ("drive", "loose")
 
 

@@ -25,10 +25,10 @@ from gears3d.extras import pip_line, require
 from gears3d.files import outside_environment
 from gears3d.views.replay.scene import TIMELINE
 
+# Loopback: only this machine can connect.
 HOST = "127.0.0.1"
-"""Loopback: only this machine can connect."""
+# Content security policy: without it rerun's page requests fonts and versions, and sends usage data.
 POLICY = "default-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' blob: data:"
-"""Content security policy: without it rerun's page requests fonts and versions, and sends usage data."""
 _PASSED = ("Content-Type", "Content-Encoding", "Content-Length")
 
 
@@ -89,13 +89,14 @@ def offered(path: Path, port: int) -> Iterator[tuple[str, str]]:
             thread.join()
 
 
+# What to type where there is no graphics driver (Debian, Ubuntu).
 DRIVER = "apt install mesa-vulkan-drivers"
-"""What to type where there is no graphics driver (Debian, Ubuntu)."""
+# How long a viewer may take to start or to paint [s].
 PATIENCE = 60.0
-"""How long a viewer may take to start or to paint [s]."""
 _POLL = 0.1
+# Equal screenshots in a row that count as painted: a busy machine was seen to give two before the last lines came.
 _STILL = 5
-"""Equal screenshots in a row that count as painted: a busy machine was seen to give two before the last lines came."""
+# Runs a viewer until its standard input is closed, which the operating system does for a killed process.
 _GUARD = """
 import os, signal, subprocess, sys, threading
 viewer = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL)
@@ -106,7 +107,6 @@ threading.Thread(target=end, daemon=True).start()
 code = viewer.wait()
 os._exit(code if code >= 0 else 128 - code)
 """
-"""Runs a viewer until its standard input is closed, which the operating system does for a killed process."""
 
 
 class ViewerError(GearsError):
