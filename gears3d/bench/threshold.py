@@ -25,7 +25,7 @@ SPAN = (0.9, 1.1)  # Of the speed fluctuation, over that at which contact loss i
 PERIODS = 80  # Of a sweep, half of them rising
 PER_PERIOD = 2000.0  # Samples a period of the record at most
 _WAVES = 60  # Periods over which waves of the flanks and the speed fluctuation meet in every phase
-_HALVINGS = 30
+_HALVINGS = 30  # Of the amplitude: 2**-30 of it, below all other errors
 
 
 @dataclass(frozen=True, eq=False)

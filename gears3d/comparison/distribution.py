@@ -11,12 +11,12 @@ from gears3d.comparison.matching import Table
 from gears3d.comparison.result import SampleTest
 
 LEVEL = 0.01  # Probability that any of the tests rejects though nothing differs
-PERMUTATIONS = 999
-RESAMPLES = 400
+PERMUTATIONS = 999  # P-values down to 0.001, 1/10 of LEVEL
+RESAMPLES = 400  # Of the blocks, for 95 % limits
 MEMORY = 5.0  # Length of a block in Lyapunov times, after which the motion has forgotten where it was
 MEMORY_NEEDED = 2.0  # Shorter blocks, in Lyapunov times, are no basis for a test
-BLOCKS_WANTED = 16
-BLOCKS_NEEDED = 8
+BLOCKS_WANTED = 16  # Of a recording, if its memory allows so many
+BLOCKS_NEEDED = 8  # 8 blocks of each of two recordings have 12870 permutations, more than are drawn
 FEWEST = 8  # Samples smaller than this are not tested
 # Relative changes whose discovery is tried out
 LADDER = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from gears3d.comparison.result import Comparison
 
-PERIODS_SHOWN = 3.0
+PERIODS_SHOWN = 3.0  # Of the fluctuation, at the end: single impacts stay visible
 MARKERS = ("o", "s")
 # Units of an error, the first one is taken in which it reaches 1
 UNITS = (("%", 1e2), ("ppm", 1e6), ("ppb", 1e9), ("1e-12", 1e12))

@@ -21,7 +21,7 @@ from gears3d.engine.motion import drive_at
 INERTIA, STIFFNESS, DAMPING, PLAY = 2, 3, 4, 5
 SINCE, CUBIC = 2 + WIDTH, 3 + WIDTH  # time at which the cubic begins, its four coefficients
 PART = 0.05  # largest step in radians of the spring's oscillation where the gear's motion is imposed
-PARTS = 3
+PARTS = 3  # Of a stretch, for the torque of the spring: a cubic has four numbers, one of them known at its start
 
 
 def contact_step(body: Row) -> float:

@@ -22,7 +22,7 @@ PARTS = 4  # evaluations of both gaps within a step
 GLIDING = 1e-9  # rounding of the rate of a gap just after separation [m/s]: the gap may still open
 UNSEEN = 1e-13  # smallest gap above rounding [m]
 LEAST_RATE = 1e-15  # stands for the rate of a gap just after separation, of which rounding leaves nothing [m/s]
-HALVINGS = 60
+HALVINGS = 60  # Of an interval: 2**-60, below the rounding of its ends
 # Both points of Gauss-Legendre quadrature, in parts of a step.
 GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
 

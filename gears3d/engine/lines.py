@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _TURN, _LEAN, _HALF = 0, 1, 2
 _STAND_OFF = 2e-6  # largest distance of Bullet's slices from a helical flank between their ends [m]
-_SLICES = 8
+_SLICES = 8  # At most: a query of Bullet takes 1 to 2 ms with 8 to 16 slices
 
 
 class Along(Record):

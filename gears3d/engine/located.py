@@ -44,7 +44,7 @@ Progress = Callable[[float], None]
 
 STEPS = 128  # steps after which the compiled loop returns, for progress and Ctrl-C
 EVENTS = 256  # impacts, or contacts, of a block
-HALVINGS = 100
+HALVINGS = 100  # Of the depth of resting teeth: more than a float resolves
 
 
 @dataclass

@@ -10,7 +10,7 @@ from gears3d.errors import Fault, InputError, did_you_mean
 
 GEARS = ("drive", "loose")
 FLANKS = ("active", "reverse")
-_MOST_WAVES = 100.0
+_MOST_WAVES = 100.0  # Of a profile: shorter ones are roughness
 # Largest tilt [rad]; sections are taken across the ideal axis, which is wrong by half the square of it
 _STEEPEST = 0.02
 

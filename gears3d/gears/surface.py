@@ -44,7 +44,7 @@ _PER_WAVE = 8  # Such parts in a wave of the profiles: in 1/4 of a wave about it
 _STEEPER = 2.0  # How much steeper than at the ends of such a part the gap may be inside
 _LEVEL = 1e-14  # Smallest gaps that may be lower by less need no search [m]
 _STEP = 1e-6  # Over which a deviating section's change with the height is differenced [m]
-_SEARCHES = 90
+_SEARCHES = 90  # At most: golden sections and halvings, more than a float resolves
 _WITHIN = 1e-12  # How near the height of the smallest gap is found [m]
 _LEVEL_SLOPE = 1e-13  # Slope of the gap at its minimum, by rounding [m/m]
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-DEGREE = 7
+DEGREE = 7  # Of a piece: a balance of number and length of the pieces
 # Chebyshev points of the second kind in [0, 1].
 NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 CHECKS = 0.5 * (NODES[1:] + NODES[:-1]) + np.array([0.011, -0.017, 0.019, 0.005, -0.013, 0.017, -0.007])

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
-FORMAT = 1
+FORMAT = 1  # Of summary.json
 
 
 def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, Any] | None = None) -> dict[str, Any]:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS: dict[str, str] = dict(zip(("active", "reverse", "up", "down"), 2 * palette.FLANKS, strict=True))
-MARKS = {"up": 4.0, "down": 1.5}
+MARKS = {"up": 4.0, "down": 1.5}  # Sizes [pt]: rising values stay visible below falling ones
 MOST_LINES = 8  # Lines of a picture at most
 
 

@@ -37,7 +37,7 @@ NOT_VARIED = {
     "run.output_rate": "a sweep keeps no signals",
 }
 SPACINGS = ("lin", "log")
-FORMAT = 1
+FORMAT = 1  # Of the plan's file
 DIRECTIONS = ("up", "down")
 
 

@@ -10,7 +10,7 @@ from gears3d.version import __version__
 
 TITLE = "gears3d: involute gears as exact solids that rattle inside their backlash"
 AUTHORS = "The gears3d developers"
-YEAR = 2026
+YEAR = 2026  # Of the release
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from gears3d.simulation import simulate
 from gears3d.simulation.excitation import assess
 from gears3d.verification.validation.check import Check, fig5
 
-RESTITUTIONS = (0.0, 0.3, 0.5, 0.7)
+RESTITUTIONS = (0.0, 0.3, 0.5, 0.7)  # From plastic to the largest of the papers
 MEAN_SPEEDS = (30, 90, 750)  # rpm
 
 
@@ -263,7 +263,7 @@ def of_distributions(engine: Recording, twin: Recording) -> Iterator[Check]:
     yield Check(f"{CASE}: change of speeds that would have been found nine times in ten", least, SENSITIVE)
 
 
-AGREEMENT = 0.05
+AGREEMENT = 0.05  # Of the effect, relative: an effect that one model omits or has twice differs by 100 %
 FIRST = 8  # How many impacts after the start are compared: four on either flank
 
 Effect = dict[str, Any]

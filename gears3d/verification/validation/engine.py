@@ -18,7 +18,7 @@ from gears3d.scenario import Scenario
 from gears3d.simulation import simulate
 from gears3d.verification.validation.check import Check, fig5
 
-CHORD = 0.2e-6
+CHORD = 0.2e-6  # Largest error of the solids [m]
 
 
 def chord_error(pair: Pair, which: str) -> float:

@@ -80,8 +80,8 @@ ORBITS = {
     "4 rpm, 10 Hz, 200 um": (4, 10, 200, 20),
     "5 rpm, 1 Hz, 250 um, single-sided": (5, 1, 250, 5),
 }
-STEPS = (500, 1000, 2000, 4000, 8000, 16000)
-STIFFNESSES = (1e7, 1e8, 1e9)
+STEPS = (500, 1000, 2000, 4000, 8000, 16000)  # Of a period: a factor of 32, which shows the order of convergence
+STIFFNESSES = (1e7, 1e8, 1e9)  # Of the flanks [N/m]: two decades, which show the order of convergence
 
 
 def bench(rpm: float, hertz: float, backlash: float, restitution: float, periods: float) -> Scenario:

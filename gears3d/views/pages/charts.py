@@ -32,7 +32,7 @@ CHANNELS = {
     "omega_loose_rad_s": (1e-6, 1e-3),
 }
 
-MOST_POINTS = 30_000
+MOST_POINTS = 30_000  # Of a page: its file stays small
 
 
 def traces(recording: Recording, twin: Recording | None = None, most: int = MOST_POINTS) -> dict[str, Any]:
@@ -279,7 +279,7 @@ def speed_histogram(recording: Recording, twin: Recording | None, bins: int = 40
     }
 
 
-NANOMETRE = 1e-9
+NANOMETRE = 1e-9  # Quantum of stored places [m]
 
 
 def blocks(scenario: Scenario, recording: Recording, twin: Recording | None, summary: dict[str, Any]) -> dict[str, Any]:

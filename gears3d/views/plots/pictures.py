@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation import Measurement, Segments
     from gears3d.simulation.excitation import Assessment
 
-PERIODS_SHOWN = 3.0
+PERIODS_SHOWN = 3.0  # Of the fluctuation, at the end: single impacts stay visible
 
 
 def recording_picture(recording: Recording) -> Figure:

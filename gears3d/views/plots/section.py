@@ -145,7 +145,7 @@ def widening(pair: Pair) -> float:
 
 # Frames per second of simulated time: at least, at most.
 FRAME_RATE = (500.0, 4000.0)
-FRAMES_PER_PITCH = 24
+FRAMES_PER_PITCH = 24  # A tooth then moves by less than its thickness between two pictures
 # Samples per second that plots keep away from impacts.
 PLOT_RATE = 4000.0
 

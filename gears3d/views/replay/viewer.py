@@ -93,7 +93,7 @@ def offered(path: Path, port: int) -> Iterator[tuple[str, str]]:
 DRIVER = "apt install mesa-vulkan-drivers"
 # How long a viewer may take to start or to paint [s].
 PATIENCE = 60.0
-_POLL = 0.1
+_POLL = 0.1  # [s]
 # Equal screenshots in a row that count as painted: a busy machine was seen to give two before the last lines came.
 _STILL = 5
 # Runs a viewer until its standard input is closed, which the operating system does for a killed process.

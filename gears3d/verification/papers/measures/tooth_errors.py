@@ -22,7 +22,7 @@ from gears3d.laws.ottewill import rundown_damping
 from gears3d.verification.papers.bench import Case
 from gears3d.verification.papers.measures.registry import measure
 
-TEETH = 18
+TEETH = 18  # Of each gear of the rig
 SIDEBAND, SLOW = 0.4, 20e-6  # amplitude of sidebands over that of their mesh order; of orders 2 to 6 times order [rad]
 # Printed largest amplitude [rad], that of the mesh order [rad], seed of the phases. The seed of case i is the only one
 # of 1 to 100 whose error orders the three phases of fig. 5 as the rig did; the others are not chosen.
