@@ -15,7 +15,7 @@ import typer
 from gears3d.extras import EXTRAS, missing, pip_line
 
 # Core packages whose versions a report of a fault needs.
-NEEDED = ("numpy", "scipy", "numba", "pyarrow", "matplotlib", "pydantic", "typer")
+NEEDED = ("numpy", "scipy", "numba", "pyarrow", "matplotlib", "pebble", "pydantic", "typer")
 # Packages of extras whose versions it needs where they are installed.
 OPTIONAL = ("pybullet", "trimesh", "rerun-sdk")
 # What works with no extra.

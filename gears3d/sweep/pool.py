@@ -7,12 +7,14 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass, field
 from math import inf
-from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from gears3d.errors import EngineError, GearsError, InputError
+from pebble import ProcessExpired, ProcessPool
+
+from gears3d.errors import EngineError, InputError
 from gears3d.sweep.block import Block, Watch
 from gears3d.sweep.models import compute, warm
 from gears3d.sweep.plan import Plan
@@ -20,59 +22,51 @@ from gears3d.sweep.plan import Plan
 GRACE = 5.0  # A process that does not stop a point by itself is killed so much later than the point's time is up [s]
 DEATHS = 3  # So many processes may die at one point before it is given up
 _LOOK = 0.2  # Time between two looks at the processes [s]
-
-# What a block may raise; anything else ends its process
-MISTAKES = (
-    GearsError, ArithmeticError, AssertionError, AttributeError, LookupError, MemoryError, OSError, RuntimeError,
-    TypeError, ValueError,
-)  # fmt: skip
+_NO_PROCESS = "no process can be started; give fewer --workers"
 
 Compute = Callable[..., Block]
 Span = tuple[int, int]
+# Of a process: plan, time limit of a point [s], function that computes blocks, and the point and number of finished
+# points of each block, which the parent reads.
+_here: tuple[Plan, float, Compute, Any] | None = None
 
 
-def work(pipe: Connection, place: Any, plan: Plan, limit: float, run: Compute) -> None:
-    """Run blocks until told to stop: what a process of the pool does."""
+def _begin(plan: Plan, limit: float, run: Compute, places: Any) -> None:
+    """Prepare a process of the pool."""
+    global _here
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    warm(plan)
+    _here = plan, limit, run, places
+
+
+def _run(number: int, span: Span, skip: dict[int, str]) -> Block:
+    """Return a block, in a process of the pool."""
+    assert _here is not None
+    plan, limit, run, places = _here
     parent = multiprocessing.parent_process()
 
     def tell(point: int, done: int) -> None:
-        place[0], place[1] = point, done
+        places[2 * number], places[2 * number + 1] = point, done
 
-    warm(plan)
-    watch = Watch(limit, tell, lambda: parent is not None and not parent.is_alive())
-    while True:
-        try:
-            asked = pipe.recv()
-        except (EOFError, OSError):
-            return
-        if asked is None:
-            return
-        begin, end, skip = asked
-        place[0], place[1] = -1, 0
-        try:
-            answer: tuple[str, Any] = ("done", run(plan, begin, end, watch, skip))
-        except KeyboardInterrupt:
-            return
-        except InputError as error:
-            answer = ("fault", error.faults)
-        except MISTAKES as error:
-            answer = ("mistake", f"{type(error).__name__}: {error}")
-        try:
-            pipe.send(answer)
-        except OSError:
-            return
+    tell(-1, 0)
+    return run(plan, *span, Watch(limit, tell, lambda: parent is not None and not parent.is_alive()), skip)
 
 
 @dataclass
-class _Worker:
-    process: Any
-    pipe: Connection
-    place: Any
+class _Task:
+    number: int
     span: Span
     skip: dict[int, str]
     point: int = -1
     since: float = field(default_factory=time.monotonic)
+
+
+def _scheduled(pool: ProcessPool, task: _Task) -> Future[Block]:
+    """Return the future of a block; an EngineError states that no process can be started."""
+    try:
+        return pool.schedule(_run, args=(task.number, task.span, task.skip))
+    except (OSError, RuntimeError) as error:
+        raise EngineError(f"{_NO_PROCESS}: {error}") from error
 
 
 class Pool:
@@ -83,99 +77,60 @@ class Pool:
         self._context: Any = multiprocessing.get_context("forkserver" if hasattr(os, "fork") else "spawn")
         if hasattr(os, "fork"):
             self._context.set_forkserver_preload(["gears3d.sweep.models"])
-        self._busy: list[_Worker] = []
-        self._idle: list[tuple[Any, Connection, Any]] = []
-        self._deaths: dict[int, int] = {}
+        self._pool: ProcessPool | None = None
 
     def blocks(self, spans: Sequence[Span], tick: Callable[[int], None] | None = None) -> Iterator[Block]:
         """Run blocks and give them as they are finished, in any order."""
-        waiting: list[tuple[Span, dict[int, str]]] = [(span, {}) for span in reversed(spans)]
+        places = self._context.RawArray("q", [-1, 0] * len(spans))
+        deaths: dict[int, int] = {}
+        started = (self.plan, self.limit, self._run, places)
+        self._pool = pool = ProcessPool(self.workers, initializer=_begin, initargs=started, context=self._context)
+        todo = [_Task(number, span, {}) for number, span in enumerate(spans)][::-1]
+        running: dict[Future[Block], _Task] = {}
         try:
-            while waiting or self._busy:
-                while waiting and len(self._busy) < self.workers:
-                    self._give(*waiting.pop())
-                ready = wait([each.pipe for each in self._busy], timeout=_LOOK)
-                for worker in [each for each in self._busy if each.pipe in ready]:
-                    block = self._hear(worker, waiting)
-                    if block is not None:
-                        yield block
-                for worker in [each for each in self._busy if self._hangs(each)]:
-                    self._kill(worker, f"ran for longer than {self.limit:g} s and had to be killed", waiting)
+            while todo or running:
+                while todo and len(running) < self.workers:
+                    task = todo.pop()
+                    places[2 * task.number], task.since = -1, time.monotonic()
+                    running[_scheduled(pool, task)] = task
+                for future in wait(running, timeout=_LOOK, return_when=FIRST_COMPLETED).done:
+                    task = running.pop(future)
+                    try:
+                        yield future.result()
+                    except ProcessExpired as error:
+                        point = max(int(places[2 * task.number]), task.span[0])
+                        deaths[point] = deaths.get(point, 0) + 1
+                        if deaths[point] >= DEATHS:
+                            why = f"{DEATHS} processes died at this point, the last with exit code {error.exitcode}"
+                            task.skip[point] = why
+                        todo.append(task)
+                    except CancelledError:
+                        task.skip[task.point] = f"ran for longer than {self.limit:g} s and had to be killed"
+                        todo.append(task)
+                    except InputError:
+                        raise
+                    except Exception as error:
+                        what = f"{type(error).__name__}: {error}"
+                        points = f"{task.span[0]} to {task.span[1] - 1}"
+                        raise EngineError(f"points {points} cannot be run: {what}") from error
+                for future in [future for future, task in running.items() if self._hangs(task, places)]:
+                    future.cancel()
+                if not pool.active:
+                    raise EngineError(_NO_PROCESS)
                 if tick is not None:
-                    tick(sum(int(each.place[1]) for each in self._busy))
+                    tick(sum(int(places[2 * task.number + 1]) for task in running.values()))
         finally:
             self.close()
 
     def close(self) -> None:
         """Stop all processes."""
-        for worker in self._busy:
-            worker.process.kill()
-        for process, pipe, _ in self._idle:
-            try:
-                pipe.send(None)
-            except OSError:
-                process.kill()
-        for process in [*(each.process for each in self._busy), *(process for process, _, _ in self._idle)]:
-            process.join(timeout=2.0)
-            if process.is_alive():
-                process.kill()
-                process.join()
-        self._busy, self._idle = [], []
+        if self._pool is not None:
+            self._pool.stop()
+            self._pool.join()
+            self._pool = None
 
-    def _give(self, span: Span, skip: dict[int, str]) -> None:
-        process, pipe, place = self._idle.pop() if self._idle else self._begin()
-        try:
-            pipe.send((*span, skip))
-        except OSError:  # it died while it was idle
-            process, pipe, place = self._begin()
-            pipe.send((*span, skip))
-        self._busy.append(_Worker(process, pipe, place, span, skip))
-
-    def _begin(self) -> tuple[Any, Connection, Any]:
-        mine, theirs = self._context.Pipe()
-        place = self._context.RawArray("q", [-1, 0])
-        arguments = (theirs, place, self.plan, self.limit, self._run)
-        process = self._context.Process(target=work, args=arguments, daemon=True)
-        try:
-            process.start()
-        except OSError as error:
-            raise EngineError(f"no process can be started: {error.strerror}; give fewer --workers") from error
-        theirs.close()
-        return process, mine, place
-
-    def _hear(self, worker: _Worker, waiting: list[tuple[Span, dict[int, str]]]) -> Block | None:
-        try:
-            kind, what = worker.pipe.recv()
-        except (EOFError, OSError):
-            self._bury(worker, waiting)
-            return None
-        self._busy.remove(worker)
-        self._idle.append((worker.process, worker.pipe, worker.place))
-        if kind == "fault":
-            raise InputError(what)
-        if kind == "mistake":
-            raise EngineError(f"points {worker.span[0]} to {worker.span[1] - 1} cannot be run: {what}")
-        return what
-
-    def _hangs(self, worker: _Worker) -> bool:
-        now = int(worker.place[0])
-        if now != worker.point:
-            worker.point, worker.since = now, time.monotonic()
-        return now >= 0 and time.monotonic() - worker.since > self.limit + GRACE
-
-    def _bury(self, worker: _Worker, waiting: list[tuple[Span, dict[int, str]]]) -> None:
-        """Take away a process that died; its block is run again, without a point that has killed too many."""
-        worker.process.join()
-        self._busy.remove(worker)
-        point = int(worker.place[0]) if worker.place[0] >= 0 else worker.span[0]
-        self._deaths[point] = self._deaths.get(point, 0) + 1
-        skip = dict(worker.skip)
-        if self._deaths[point] >= DEATHS:
-            skip[point] = f"{DEATHS} processes died at this point, the last with exit code {worker.process.exitcode}"
-        waiting.append((worker.span, skip))
-
-    def _kill(self, worker: _Worker, why: str, waiting: list[tuple[Span, dict[int, str]]]) -> None:
-        worker.process.kill()
-        worker.process.join()
-        self._busy.remove(worker)
-        waiting.append((worker.span, {**worker.skip, worker.point: why}))
+    def _hangs(self, task: _Task, places: Any) -> bool:
+        now = int(places[2 * task.number])
+        if now != task.point:
+            task.point, task.since = now, time.monotonic()
+        return now >= 0 and time.monotonic() - task.since > self.limit + GRACE

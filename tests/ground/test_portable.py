@@ -15,7 +15,8 @@ RIG = ROOT / "scenarios/rigaud-2020/fig5-20rpm.toml"
 UNPOSIX = """
 import multiprocessing.popen_fork, os, platform, signal, subprocess, sys, tempfile
 # libraries find out by themselves where they are
-import matplotlib.figure, numba.core.caching, numpy, platformdirs.unix, pyarrow.parquet, pydantic, scipy.optimize, typer
+import matplotlib.figure, numba.core.caching, numpy, pebble, platformdirs.unix, pyarrow.parquet, pydantic
+import scipy.optimize, typer
 platform.platform()
 for name in ("fcntl", "resource", "pwd", "grp", "termios", "tty", "pty", "syslog"):
     sys.modules[name] = None

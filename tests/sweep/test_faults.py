@@ -69,6 +69,16 @@ def test_a_mistake_in_a_process_is_raised_here(plan):
         gathered(plan, faulty.fails)
 
 
+def test_a_machine_that_starts_no_process_is_a_fault(plan, monkeypatch):
+    def refused(*_):
+        raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    pool = Pool(plan, 1)
+    monkeypatch.setattr(pool._context.Process, "start", refused)
+    with pytest.raises(EngineError, match="no process can be started; give fewer --workers"):
+        next(pool.blocks(SPANS))
+
+
 def test_a_point_that_never_ends_is_stopped_in_compiled_code():
     bouncing = RIG.with_({"impact.restitution": 1.0, "impact.stick_velocity": "0 mm/s"})
     endless = make_plan(bouncing, [f"{AMPLITUDE}=0.5,20 rpm"], measures=["regime"], periods=10**7, settle=3)
