@@ -16,6 +16,7 @@ from gears3d.diagnosis.cause import Cause, Fit
 from gears3d.diagnosis.datums import goes_by
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, added
+from gears3d.effects import built_in
 
 # Threshold Δχ² of a cause: false alarm probability 0.03 % over a thousand candidates of two numbers.
 ACCEPT = 30.0
@@ -33,7 +34,9 @@ EXCLUDED = 16.0
 # records without noise. A cause must gain more, and a hypothesis is excluded only if it is worse by more.
 MODEL_ERROR = 1e-5
 # Torques with a fitted shape: another of the kind would only compensate the residual of the first.
-ONCE = ("drag_power", "drag_drift", "drag_differential")
+ONCE = tuple(
+    kind for kind, one in built_in().items() if any(each.tried and each.refined for each in one.params.values())
+)
 # Expected chi-square gain of a cause in a record above which its absence there counts.
 EXPECTED_GAIN = 10.0
 

@@ -25,7 +25,7 @@ def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, An
         A dictionary that JSON can hold: status, regime, impacts, comparison, error budget, expectations.
     """
     meta = recording.meta
-    outcome = outcome_of(recording)
+    outcome = describe(recording)
     partial = bool(meta.get("interrupted"))
     if partial and float(meta["reached_s"]) - scenario.run.settle < scenario.period:
         outcome |= {"regime": None, "motion": None, "impacts_per_period": None}
@@ -45,17 +45,12 @@ def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, An
     }
 
 
-def outcome_of(recording: Recording) -> dict[str, Any]:
-    """Return regime, motion, impact speeds, energies and durations after the settling time."""
-    return describe(recording)
-
-
 def judge(scenario: Scenario, outcome: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """Hold the outcome against the scenario's ``[expect]``.
 
     Args:
         scenario: with its expectations.
-        outcome: what :func:`outcome_of` gave.
+        outcome: regime, motion and impacts after the settling time, of :func:`gears3d.recording.describe`.
 
     Returns:
         For each expectation ``{"expected", "found", "met"}``.

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from gears3d.recording import describe
 from gears3d.runs import judge
-from gears3d.runs.summary import outcome_of
 from gears3d.scenario import load
 from gears3d.scenario.document import names, shipped
 from gears3d.simulation import simulate
@@ -17,6 +17,6 @@ EXPECTING = [path for path in (shipped() / f"{name}.toml" for name in names()) i
 @pytest.mark.parametrize("path", EXPECTING, ids=lambda path: path.stem)
 def test_what_a_scenario_expects_comes_out_of_the_twin(path):
     scenario = load(path)
-    verdicts = judge(scenario, outcome_of(simulate(scenario, model="rigid")))
+    verdicts = judge(scenario, describe(simulate(scenario, model="rigid")))
     assert verdicts.keys() == scenario.expect.keys()
     assert all(verdict["met"] for verdict in verdicts.values()), verdicts

@@ -55,21 +55,6 @@ def coefficient(place: ArrayLike, average: float, regularisation: float) -> Arra
     return 2.0 * average / pi * (np.arctan(x) + x / (1.0 + x * x))
 
 
-def hydrodynamic(thickness: ArrayLike, sliding: ArrayLike, length: float, viscosity: float, radius: float) -> Array:
-    """Return the friction of sheared oil, Fhf = L·π·η0·|ut|·√(req/(2h)) [N].
-
-    h is ``thickness`` [m], ut ``sliding`` [m/s], L the ``length`` of the lines of contact [m], η0 ``viscosity`` [Pa·s]
-    and req the equivalent ``radius`` [m].
-
-    Source: the lubricated dual-clutch transmission, eq. (30).
-
-    >>> round(float(hydrodynamic(2e-6, 1.0, 0.02, 0.01, 8e-3)), 6)
-    0.028099
-    """
-    h = np.asarray(thickness, float)
-    return length * pi * viscosity * np.abs(sliding) * np.sqrt(radius / (2.0 * h))
-
-
 def levers(pair: Pair, theta: Array, flank: int, average: float, regularisation: float, published: bool) -> Array:
     """Return the ratio (n,) of friction to flank force on the loose gear along the transverse line of action.
 

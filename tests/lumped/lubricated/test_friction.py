@@ -5,7 +5,7 @@ import pytest
 
 from gears3d.gears import contact_lines
 from gears3d.laws import contact_length
-from gears3d.lumped.lubricated.model import arm, coefficient, hydrodynamic, levers, shearing
+from gears3d.lumped.lubricated.model import arm, coefficient, levers, shearing
 from gears3d.scenario import load
 
 PAIR = load("scenarios/base/helical-17-43.toml").pair()
@@ -47,7 +47,3 @@ def test_friction_of_the_reverse_flank_is_that_of_the_active_one_turned_back():
     for published in (False, True):
         one, other = (levers(PAIR, angle, k, 0.05, 50e3, published) for k, angle in ((0, THETA), (1, lead - THETA)))
         assert other == pytest.approx(one, abs=1e-6)
-
-
-def test_shear_goes_with_the_root_of_the_gap():
-    assert hydrodynamic(4e-6, 2.0, 0.02, 0.01, 8e-3) == pytest.approx(hydrodynamic(1e-6, -1.0, 0.02, 0.01, 8e-3))
