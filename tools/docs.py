@@ -48,6 +48,7 @@ NOTEBOOK = "docs/notebook.ipynb"
 """The notebook, run in a folder of its own, too."""
 PICTURE = re.compile(r"!\[[^]]*\]\(made/[^)]*\)")
 """A picture that a block makes."""
+HIDDEN = re.compile(rf"<!-- ({PICTURE.pattern}) -->")
 LINES = 40
 """Of what a block prints, shown below it."""
 COLUMNS = 3
@@ -100,8 +101,9 @@ def gather(run: bool) -> None:
         (SOURCE / name).write_text(text.replace("](docs/site/", "]("), encoding="utf-8")
     shutil.copytree(ROOT / "docs", SOURCE / "docs", ignore=shutil.ignore_patterns("site"))
     shutil.copy(ROOT / "docs" / "site" / "conf.py", SOURCE)
+    shutil.copytree(ROOT / "docs" / "site" / "theme", SOURCE / "theme")
     for file in (ROOT / "docs" / "site").glob("*.md"):
-        text = file.read_text(encoding="utf-8").replace("](../", "](docs/")  # those pages go to the top
+        text = shown(file.read_text(encoding="utf-8")).replace("](../", "](docs/")  # those pages go to the top
         (SOURCE / file.name).write_text(text, encoding="utf-8")
     reference = SOURCE / "reference"
     reference.mkdir()
@@ -118,6 +120,11 @@ def gather(run: bool) -> None:
         (reference / f"{name}.md").write_text(made, encoding="utf-8")
     draw_effects(reference)
     evidence(SOURCE / "evidence", run)
+
+
+def shown(text: str) -> str:
+    """Return a page with the pictures that its blocks make: comments elsewhere, where nothing makes them."""
+    return HIDDEN.sub(r"\1", text)
 
 
 def overview() -> str:

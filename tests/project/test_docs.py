@@ -4,8 +4,10 @@ import html
 import importlib
 import importlib.util
 import inspect
+import json
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -28,7 +30,8 @@ from gears3d.views.pages.diagnosed import RINGS, STRUCTURES
 from gears3d.views.pages.engine import TERMS
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "SECURITY", "CHANGELOG")]
+PAGES += sorted((ROOT / "docs").rglob("*.md"))
 STARTERS = sorted((ROOT / "gears3d" / "scenario" / "starters").glob("*.toml"))
 SCENARIOS = [ROOT / "scenarios" / f"{name}.toml" for name in names()]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
@@ -75,9 +78,11 @@ def anchors(page):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_lead_somewhere_and_pictures_are_described(page):
-    for picture, words, target in LINK.findall(FENCED.sub("", page.read_text())):
+    for picture, words, target in LINK.findall(re.sub(r"<!--.*?-->", "", FENCED.sub("", page.read_text()))):
         assert not picture or len(words) > 20, f"{target} has no description"
-        if "://" in target or target.startswith("made/"):  # made by the blocks of the page
+        if own := re.fullmatch(r"https://github.com/gears3d/gears3d/(?:tree|blob)/main/(.*)", target):
+            assert (ROOT / own[1]).exists(), target
+        if "://" in target:
             continue
         file, _, anchor = target.partition("#")
         place = (page.parent / file).resolve() if file else page
@@ -279,8 +284,11 @@ def test_the_page_of_errors_explains_every_residual_pattern_in_the_words_of_the_
 def test_thumbnails_lead_to_the_sections_of_the_gallery(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "tools"))
     page = tmp_path / "gallery.md"
-    page.write_text((ROOT / "docs" / "site" / "gallery.md").read_text(encoding="utf-8"), encoding="utf-8")
-    importlib.import_module("docs").thumbnails(page)
+    docs = importlib.import_module("docs")
+    text = docs.shown((ROOT / "docs" / "site" / "gallery.md").read_text(encoding="utf-8"))
+    assert "<!--" not in text
+    page.write_text(text, encoding="utf-8")
+    docs.thumbnails(page)
     head, *sections = page.read_text(encoding="utf-8").split("\n## ")
     targets = re.findall(r"\[!\[[^]]{20,}\]\(made/\w+\.png\)\{width=180px\}\]\(#([\w-]+)\)", head)
     assert targets == re.findall(r"\[[\w ]+\]\(#([\w-]+)\)", head)
@@ -289,19 +297,63 @@ def test_thumbnails_lead_to_the_sections_of_the_gallery(tmp_path, monkeypatch):
     assert page.read_text(encoding="utf-8").count("](made/") > len(sections)
 
 
+def git(*words, folder=ROOT):
+    done = subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+def test_versions_are_published_next_to_each_other(tmp_path, monkeypatch):
+    for name in ("GIT_AUTHOR", "GIT_COMMITTER"):
+        monkeypatch.setenv(f"{name}_NAME", "test")
+        monkeypatch.setenv(f"{name}_EMAIL", "test@example.org")
+    origin, clone = tmp_path / "origin", tmp_path / "clone"
+    git("init", "--quiet", "--bare", str(origin))
+    git("clone", "--quiet", str(origin), str(clone))
+    (clone / "tools").mkdir()
+    for tool in ("docs_versions.py", "docs_publish"):
+        shutil.copy(ROOT / "tools" / tool, clone / "tools")
+    git("add", ".", folder=clone)
+    git("commit", "--quiet", "--message", "Begin", folder=clone)
+    html = clone / "build" / "docs" / "html"
+    html.mkdir(parents=True)
+    for version in ("v0.9.0", "latest", "v0.10.0", "latest"):
+        (html / "index.html").write_text(f"as of {version}")
+        (html / "llms.txt").write_text("- [Install](docs/start/install.html)\n")
+        subprocess.run(["tools/docs_publish", version], cwd=clone, check=True, capture_output=True)
+    files = git("ls-tree", "-r", "--name-only", "site", folder=origin)
+    assert "latest/index.html" in files
+    assert not [file for file in files if file.startswith("tools/")]
+    assert len(git("rev-list", "site", folder=origin)) == 1
+    site = clone / "build" / "site"
+    assert json.loads((site / "versions.json").read_text()) == ["v0.10.0", "v0.9.0", "latest"]
+    assert (site / "v0.9.0" / "index.html").read_text() == "as of v0.9.0"
+    assert "url=v0.10.0/index.html" in (site / "index.html").read_text()
+    assert "(v0.10.0/docs/start/install.html)" in (site / "llms.txt").read_text()
+    refused = subprocess.run(["tools/docs_publish", "main"], cwd=clone, check=False, capture_output=True, text=True)
+    assert "expected latest or vX.Y.Z" in refused.stderr
+
+
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
     pytest.importorskip("sphinx")
     pytest.importorskip("myst_nb")
+    pytest.importorskip("sphinx-mathjax-offline")
     command = [sys.executable, "tools/docs.py", "--no-run", "--out", str(tmp_path / "html")]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "WARNING" not in done.stderr
+    scripts = re.findall(r'<script[^>]* src="([^"]*)"', (tmp_path / "html/docs/theory/rattle.html").read_text())
+    assert any("mathjax/tex-chtml.js" in script for script in scripts)
+    assert [one for one in scripts if not (tmp_path / "html/docs/theory" / one.partition("?")[0]).exists()] == []
     listed = (tmp_path / "html" / "llms.txt").read_text(encoding="utf-8")
     pages = re.findall(r"^- \[[^]]+\]\(([^)]+)\)", listed, re.MULTILINE)
     assert len(pages) > 25
     assert [page for page in pages if not (tmp_path / "html" / page).exists()] == []
-    assert gears3d.__version__ in (tmp_path / "html" / "index.html").read_text(encoding="utf-8")
+    for page in ("index.html", "docs/start/install.html"):
+        text = (tmp_path / "html" / page).read_text(encoding="utf-8")
+        assert gears3d.__version__ in text
+        assert 'aria-label="Version of the documentation"' in text
     reference = tmp_path / "html" / "reference"
     assert "camera" in (reference / "commands.html").read_text()
     for page, count in (("laws", 60), ("effects", 20)):
