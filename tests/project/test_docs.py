@@ -90,6 +90,14 @@ def test_links_lead_somewhere_and_pictures_are_described(page):
         assert not anchor or anchor in anchors(place), target
 
 
+def test_the_documentation_is_short():
+    """Words are what has a letter or a digit, outside code blocks; those of the readme count with code."""
+    pages = [page for page in PAGES if page.is_relative_to(ROOT / "docs") or page.name == "README.md"]
+    words = [word for page in pages for word in FENCED.sub("", page.read_text(encoding="utf-8")).split()]
+    assert 10_000 < sum(bool(re.search(r"[^\W_]", word)) for word in words) <= 25_000
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 600
+
+
 @pytest.mark.parametrize("page", sorted((ROOT / "docs" / "site").glob("*.md")), ids=lambda page: page.name)
 def test_pages_of_the_site_describe_their_pictures(page):
     pictures = [one for one in LINK.findall(page.read_text()) if one[0]]
