@@ -43,10 +43,11 @@ def command(block: Block, python: str = "python") -> list[str]:
     """Return the words of the command that runs a block.
 
     Args:
-        block: of language sh or python.
+        block: of language sh, bash, python or py; pages have bash and py for what needs more than the wheel.
         python: interpreter of Python blocks.
     """
-    return ["bash", "-euo", "pipefail", "-c", block.code] if block.language == "sh" else [python, "-c", block.code]
+    shell = block.language in ("sh", "bash")
+    return ["bash", "-euo", "pipefail", "-c", block.code] if shell else [python, "-c", block.code]
 
 
 def same(shown: str, printed: str) -> bool:

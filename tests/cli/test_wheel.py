@@ -166,6 +166,21 @@ def test_blocks_of_a_page_run_in_an_empty_folder_and_print_what_it_shows(wheel, 
         assert pages.missing(block.shown, done.stdout) == [], f"{block.code}\n{done.stdout}"
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize(("language", "library"), [("py", "mujoco"), ("bash", "OCP")])
+def test_blocks_that_need_another_library_run(wheel, tmp_path, monkeypatch, language, library):
+    pytest.importorskip(library)
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    pages = importlib.import_module("docs_blocks")
+    found = pages.blocks((ROOT / "docs" / "howto" / "export.md").read_text(encoding="utf-8"), ("sh", language))
+    assert [block.language for block in found] == ["sh", language]
+    for block in found:
+        code = re.sub(r"^pip install .*$", "", block.code, flags=re.MULTILINE)
+        done = wheel.run(pages.command(block._replace(code=code)), tmp_path)
+        assert done.returncode == 0, f"{code}\n{done.stdout}{done.stderr}"
+
+
 def test_a_line_that_a_page_shows_in_vain_is_found(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "tools"))
     pages = importlib.import_module("docs_blocks")
