@@ -167,7 +167,7 @@ def coastdown(
 
     Example: gears3d identify coastdown coastdown.parquet --inertia "0.0695 kg m^2" --plot drag.png
 
-    Drag and inertia from spin-ups and coast-downs: gears3d identify coastdown record.toml --torque "0.2 N m"
+    Drag and inertia from spin-ups and coast-downs: gears3d identify coastdown spinups.csv --torque "0.2 N m"
     """
     from gears3d import identify as ident
     from gears3d.errors import UsageError

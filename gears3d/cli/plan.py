@@ -58,7 +58,7 @@ def plan(
 
     Example: gears3d plan rigaud-2020/fig5-20rpm --causes drag_coulomb,restitution_offset --counts 512,8192
 
-    Sets that records do not distinguish: gears3d plan rig.toml --separate drag_viscous,drag_coulomb --out next
+    Sets that records do not distinguish: gears3d plan mine.toml --separate drag_viscous,drag_coulomb --out next
     """
     from gears3d.cli.progress import bars
     from gears3d.diagnosis import plan as make

@@ -46,7 +46,7 @@ def run(
 ) -> None:
     """Simulate a scenario, compare it with its twin, and write the run folder.
 
-    Example: gears3d run rigaud-2020/fig5-20rpm --set impact.restitution=0.5
+    Example: gears3d run rigaud-2020/fig5-20rpm --set impact.restitution=0.5 --out runs/e05
     """
     from gears3d.runs import RunFolder, default_folder
     from gears3d.scenario import load

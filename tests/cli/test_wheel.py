@@ -16,6 +16,7 @@ import venv
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from typer.main import get_command
 
@@ -23,7 +24,7 @@ from gears3d import cli
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = re.compile(r"(?:^|: )(gears3d .+)$", re.MULTILINE)
-FIRST = ("new", "run", "synthesize", "challenge", "diagnose", "bench", "segment")
+FIRST = ("new", "run", "synthesize", "challenge", "diagnose", "bench", "inspect", "segment")
 """Verbs whose examples write what those of others read."""
 PAGES = (
     "start/install",
@@ -55,14 +56,14 @@ def examples():
     """Return every example that a help shows, those first that write what others read; each once."""
     found = {}
 
-    def visit(command, words, verb):
+    def visit(command, words):
         for line in EXAMPLE.findall(command.help or ""):
-            found.setdefault(line, verb)
+            found.setdefault(line, line.split()[1])
         for name in command.list_commands(None) if hasattr(command, "list_commands") else ():
             context = command.make_context(words[-1], ["--help"], resilient_parsing=True)
-            visit(command.get_command(context, name), [*words, name], verb or name)
+            visit(command.get_command(context, name), [*words, name])
 
-    visit(get_command(cli.app), ["gears3d"], "")
+    visit(get_command(cli.app), ["gears3d"])
     rank = {verb: place for place, verb in enumerate(FIRST)}
     return sorted(((verb, line) for line, verb in found.items()), key=lambda one: rank.get(one[0], len(rank)))
 
@@ -111,6 +112,23 @@ def failures(wheel, lines, folder):
     """Run commands one after the other; return those that failed with what they said."""
     done = [(line, wheel.run(adapted(line), folder)) for line in lines]
     return [f"{line}\n{one.stderr}" for line, one in done if one.returncode]
+
+
+def user_files(folder):
+    """Write the files that examples take from the user: a list of bounces, and a spin-up with its coast-down."""
+    noise = np.random.default_rng(1)
+    before = np.linspace(0.1, 1.0, 40)
+    after = 0.5 * before + 1e-3 * noise.normal(size=40)
+    table = np.column_stack([before, after])
+    np.savetxt(folder / "bounces.csv", table, delimiter=",", header="velocity_before,velocity_after", comments="")
+    torque, dry, slope, inertia, rise = 0.2, 0.05, 1e-3, 5e-3, 10.0
+    time, last = np.arange(0.0, 40.0, 0.02), (torque - dry) / slope
+    top = last * -np.expm1(-slope * rise / inertia)
+    up = last * -np.expm1(-slope * np.minimum(time, rise) / inertia)
+    down = (top + dry / slope) * np.exp(-slope * np.maximum(time - rise, 0.0) / inertia) - dry / slope
+    speed = np.where(time < rise, up, np.maximum(down, 0.0))
+    table = np.column_stack([time, speed + 0.02 * noise.normal(size=len(time)) * (speed > 0.0)])
+    np.savetxt(folder / "spinups.csv", table, delimiter=",", header="time_s,omega_rad_s", comments="")
 
 
 def test_the_wheel_is_what_runs(wheel, tmp_path):
@@ -193,6 +211,7 @@ def test_a_line_that_a_page_shows_in_vain_is_found(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_all_examples_of_the_help_run(wheel, tmp_path):
+    user_files(tmp_path)
     assert failures(wheel, [line for _, line in examples()], tmp_path) == []
 
 
