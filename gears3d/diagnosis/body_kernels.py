@@ -303,14 +303,15 @@ def swayed(
                 if what != LEAVES:
                     hits, e, a = events[k, event, 4], events[k, event, 5], events[k, event, 6]
                     off, before = s - here, v
+                    late = off / hits if hits != 0.0 else 0.0  # a grazing impact changes nothing
                     turn = (1.0 + e) * hits / r2
                     more = lever * law[2] * turn  # by which the damper pulls more after the impact
-                    v = lean - e * (v - lean) + ((1.0 + e) * a + more) / hits * off - rebound[k, event] * hits
+                    v = lean - e * (v - lean) + ((1.0 + e) * a + more) * late - rebound[k, event] * hits
                     s = here - e * off
                     if what == SETTLES:
                         s, v = here, lean
                     d += (1.0 + e) * off / r2
-                    w += (before - v) / r2 - law[2] * turn / body[0] * off / hits
+                    w += (before - v) / r2 - law[2] * turn / body[0] * late
                     now = (1 if sign > 0.0 else 2) if what == SETTLES else 0
                 else:
                     s, v, now = here, lean, 0

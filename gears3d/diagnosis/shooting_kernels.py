@@ -261,7 +261,7 @@ def _oiled(
                 before = one
                 one, k0, c0 = _pushed(*at, about, ahead, torques, film)
                 if hit:
-                    back = (e * before + one) / hits
+                    back = (e * before + one) / hits if hits != 0.0 else 0.0
                     p, q, r, t = -e * p, -e * q, back * p - e * r, back * q - e * t
             lasts *= min(5.0, max(0.2, 0.8 * max(off, 1e-6) ** (-1.0 / 3.0)))
         if len(flow):
@@ -408,8 +408,9 @@ def follow(
                 if what == BOUNCES:
                     hits, e, a = events[w, k, 4], events[w, k, 5], events[w, k, 6]
                     off, apace = s - here, v - lean
+                    late = off / hits if hits != 0.0 else 0.0  # a grazing impact changes nothing
                     s = here - e * off
-                    v = lean - e * apace + (1.0 + e) * a / hits * off - rebound[w, k] * hits
+                    v = lean - e * apace + (1.0 + e) * a * late - rebound[w, k] * hits
                 else:
                     s, v = here, lean
                 now = (1 if sign > 0.0 else 2) if what == SETTLES else 0

@@ -85,6 +85,17 @@ def test_small_changes_of_starts_and_twists_are_followed(rig, number):
     assert np.median(windows.level(run.starts()[number] - apart)[free]) < 0.05**2 * usual
 
 
+@pytest.mark.parametrize("carried", [True, False])
+def test_grazing_impacts_have_finite_slopes(rig, carried):
+    """An approach at no speed has no slope; it ended a diagnosis of eccentric encoders and drag of the mesh."""
+    effects = [body(rig)] if carried else []
+    windows, _ = shot(rig, effects)
+    settled_on(windows, effects)
+    along = windows.along(effects)
+    along.run.events[:, ::3, 4] = 0.0
+    assert np.all(np.isfinite(along.starts()))
+
+
 def searched(rig, effects):
     """What a search for torques, restitution and a body finds in records of a rig with effects."""
     windows, _ = shot(rig, effects)
