@@ -213,6 +213,8 @@ def _level(windows: Windows, now: State) -> float:
 
 def playing(windows: Windows, now: State, least: float) -> State:
     """Return a state whose last cause, a body on a spring, has play as well where that gains so much."""
+    if not now.causes or now.causes[-1].candidate.kind != BODY:  # no body helps
+        return now
     best = now
     for part in PLAYS if _level(windows, now) > NOISE else ():
         restore(windows, now)

@@ -12,6 +12,7 @@ from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.measured.segmentation import path_of
 from gears3d.scenario import load
+from gears3d.simulation import record
 from gears3d.verification.challenge import hide, plan, reveal
 from gears3d.views.pages.diagnosed import render
 
@@ -68,6 +69,30 @@ def test_a_rig_whose_teeth_yield_agrees_or_lacks_what_is_hidden(tmp_path, kinds)
     assert score["set_right"] if kinds else not found.causes
     assert not score["wrong_names"]
     assert kinds or "of backlash or drag torque." in render(found)
+
+
+SPRINGS = {
+    "format": 1,
+    "gears": {"module": "2.128 mm", "drive": {"teeth": 30}, "loose": {"teeth": 40, "inertia": "1e-3 kg m^2"}},
+    "mount": {"backlash": "100 um"},
+    "motion": {"mean": "80 rad/s", "harmonics": [{"amplitude": "1500 rad/s^2", "order": 2, "phase": "-90 deg"}]},
+    "drag": {"torque": "0.3 N m"},
+    "impact": {"restitution": 0.6},
+    "run": {"duration": "3 s", "settle": "0.2 s", "output_rate": "50 kHz"},
+    "sensors": {"sample_rate": "50 kHz", "counts_per_revolution": 1_000_000},
+    "effect": [
+        {"kind": "tooth_compliance", "stiffness": "2e8 N/m", "damping": "3589 N s/m"},
+        {"kind": "drag_viscous", "coefficient": "0.002 N m s/rad"},
+    ],
+}
+"""Teeth as springs, and drag that depends on speed: from windows of coarse steps a drag of the mesh was named."""
+
+
+def test_nothing_is_named_of_a_rig_of_springs_and_viscous_drag_that_is_as_stated(tmp_path):
+    rig = load(SPRINGS)
+    record(rig, seed=3).write(tmp_path / "record.parquet")
+    found = diagnose(tmp_path / "record.parquet", rig)
+    assert found.verdict == "nothing_to_add", found
 
 
 @pytest.mark.slow

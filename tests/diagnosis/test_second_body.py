@@ -6,8 +6,9 @@ import pytest
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.candidates import Candidate
 from gears3d.diagnosis.cause import swings
-from gears3d.diagnosis.path_fit import followed
+from gears3d.diagnosis.path_fit import followed, state_of
 from gears3d.diagnosis.path_search import path_search
+from gears3d.diagnosis.second_body import playing
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit_all
 from gears3d.scenario import load
@@ -94,6 +95,13 @@ def test_grazing_impacts_have_finite_slopes(rig, carried):
     along = windows.along(effects)
     along.run.events[:, ::3, 4] = 0.0
     assert np.all(np.isfinite(along.starts()))
+
+
+def test_where_no_body_helps_none_gets_a_play(rig):
+    """It ended a diagnosis of waves of a flank in the operating space."""
+    windows, _ = shot(rig)
+    none = state_of(windows, (), settled_on(windows, []))
+    assert playing(windows, none, 0.0) is none
 
 
 def searched(rig, effects):
