@@ -458,7 +458,10 @@ def scanned(windows: Windows, now: State) -> State:
             restore(windows, now)
             last = now.causes[-1]
             sizes = np.where(np.arange(len(last.numbers)) < (2 if last.candidate.phased else 1), factor, 1.0)
-            causes = (*now.causes[:-1], last._replace(numbers=last.numbers * sizes))
+            numbers = last.numbers * sizes
+            if last.candidate.kind == SOFT and last.free:  # with its restitution
+                numbers[1] += 0.5 * np.log(factor)
+            causes = (*now.causes[:-1], last._replace(numbers=numbers))
             with suppress(InputError):
                 effects = effects_of(causes)
                 windows.restart(effects)
