@@ -209,7 +209,8 @@ def _oiled(
     rate, row by row. Source: Bogacki and Shampine 1989, Appl. Math. Lett. 2(4).
     """
     wide = reverse[0] - active[0]
-    place, fast = 1e-6 * wide, 1e-6 * wide / step  # ten times that was taken for a drag of the mesh, or a late encoder
+    place = 3e-7 * wide  # 1e-5 was taken for a drag of the mesh, or a late encoder; slopes converge from here on
+    fast = place / step
     lasts = 1.0
     for i in range(len(angle)):
         path[i], pace[i] = s, v

@@ -163,7 +163,11 @@ def measurement_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         lines.append(("backlash", f"{_um(flanks['backlash_m']['value'])} (95 %: {1e6 * low:.5g} to {1e6 * high:.5g})"))
     for place, orders in flanks["orders"].items():
         strong = sorted(orders, key=lambda one: -one["amplitude_m"])[:3]
-        shown = ", ".join(f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}" for one in strong)
+        shown = ", ".join(
+            f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}"
+            + (" (in step with the fluctuation: may be part of the mean)" if one.get("in_step") else "")
+            for one in strong
+        )
         lines.append((f"{place}, orders", shown))
     lines.append(("drive", told(summary["drive_motion"])))
     lines.append(("regime", str(summary["regime"]).replace("_", " ")))

@@ -103,7 +103,7 @@ def test_a_full_disk_keeps_everything_until_then(tmp_path, small, monkeypatch, s
     scenario = fig5(1.0)
     whole = simulate(scenario)
     monkeypatch.setattr(tables, "_opened", lambda path: _Full(path, size))
-    with pytest.raises(InputError, match=r"signals.parquet: cannot be written: the disk is full \(make room") as caught:
+    with pytest.raises(InputError, match=r"signals.parquet: cannot be written: the disk is full \(free") as caught:
         stream(scenario, tmp_path)
     kept = read(tmp_path)
     begins(kept, whole)

@@ -24,6 +24,7 @@ from gears3d.measured.segmentation.results import (
     Segments,
     backlash_sigma,
     explain,
+    orders_in_step,
     place_slack,
     refuse,
 )
@@ -461,7 +462,9 @@ def _flanks(cut: Segments) -> dict[str, Any]:
     found = None if found is None else (found[0], backlash_sigma(cut))
     terms = {"active": _orders(flanks.terms.kinds, flanks.active)}
     if flanks.gap is not None:
-        terms["backlash"] = _orders(flanks.terms.kinds, flanks.gap)
+        barred = orders_in_step(cut)  # the interval of the mean includes them
+        told = _orders(flanks.terms.kinds, flanks.gap)
+        terms["backlash"] = [{**one, "in_step": (one["gear"], one["order"]) in barred} for one in told]
     value = None
     if found is not None:
         reach = 1.96 * float(np.hypot(found[1], np.hypot(*place_slack(cut))))

@@ -484,13 +484,20 @@ def backlash_sigma(cut: Segments) -> float:
     return float(np.hypot(np.hypot(found[1], scatter), _in_step(cut)))
 
 
+def orders_in_step(cut: Segments) -> list[tuple[str, int]]:
+    """Return gear and number of the orders of the dead band that are in step with the drive's fluctuation."""
+    step = fluctuation_order(cut.path.time, cut.path.drive)
+    own = [order for kind, order in cut.flanks.terms.kinds if kind in GEARS]
+    if step is None or not own:
+        return []
+    return in_step((max(own), max(own)), [step], cut.track.radii[0] / cut.track.radii[1])
+
+
 def _in_step(cut: Segments) -> float:
     """Return the root mean square of the dead band's orders in step with the drive's fluctuation [m]."""
-    terms, gap, step = cut.flanks.terms, cut.flanks.gap, fluctuation_order(cut.path.time, cut.path.drive)
-    own = [order for kind, order in terms.kinds if kind in GEARS]
-    if step is None or gap is None or not own:
+    terms, gap, barred = cut.flanks.terms, cut.flanks.gap, orders_in_step(cut)
+    if gap is None:
         return 0.0
-    barred = in_step((max(own), max(own)), [step], cut.track.radii[0] / cut.track.radii[1])
     power, at = 0.0, 0
     for one in terms.kinds:
         wide = 2 if one[0] in GEARS else 1
