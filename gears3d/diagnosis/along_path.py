@@ -340,7 +340,7 @@ def _told_apart(found: Search, causes: Sequence[Cause], told: list[list[Rival]])
         worse = [(each.chi2 - chi2) / level for each in tried]
         marked = [
             one._replace(worse=max(one.worse, off), excluded=one.excluded or off > least,
-                         odds=max(one.odds, EXCLUDED * off / least))
+                         deviance=max(one.deviance, EXCLUDED * off / least))
             for one, off in zip(own, worse, strict=True)
         ]  # fmt: skip
         if best is not None and causes[k] is not instead:

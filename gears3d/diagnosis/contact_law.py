@@ -90,6 +90,7 @@ class ContactLawFit(NamedTuple):
         records: the contact episodes.
         splits: held-out error reduction by record.
         alternatives: ``kind`` and ``why`` of causes that the contact episodes do not exclude.
+        worse: chi-square over its level by which these fit worse.
         gains: rise of chi-square without each of the causes.
     """
 
@@ -100,6 +101,7 @@ class ContactLawFit(NamedTuple):
     records: list[ContactEpisodes]
     splits: tuple[Split, ...]
     alternatives: tuple[dict[str, str], ...]
+    worse: float
     gains: tuple[float, ...]
 
 
@@ -188,7 +190,7 @@ def _law_fit(records: Sequence[ContactEpisodes], best: EpisodeFit, plain: Episod
     worse = (rival.cost - best.cost) / noise
     others = () if worse > EXCLUDED else (_alternative(rival, worse),)
     splits, covariance = _held_out(records, best)
-    return ContactLawFit(best.causes, covariance, plain, best, list(records), splits, others, tuple(gains))
+    return ContactLawFit(best.causes, covariance, plain, best, list(records), splits, others, worse, tuple(gains))
 
 
 def _rebounds(rig: Rig) -> list[Cause]:

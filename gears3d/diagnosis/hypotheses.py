@@ -41,14 +41,14 @@ class Rival(NamedTuple):
         causes: of the hypothesis.
         worse: rise of chi-square against the cause.
         excluded: whether the data exclude it.
-        odds: twice the fall of the logarithm of the evidence: the rise over what a model may err by, with the price of
-            additional parameters.
+        deviance: twice the fall of the logarithm of the evidence: the rise over what a model may err by, with the price
+            of additional parameters.
     """
 
     causes: tuple[Cause, ...]
     worse: float
     excluded: bool
-    odds: float
+    deviance: float
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -67,8 +67,8 @@ def rivals(records: Sequence[Evidence], found: Search) -> list[list[Rival]]:
         scale = level * least / EXCLUDED
         for causes, one in tried:
             worse = one.chi2 - now.chi2
-            odds = worse / scale + _price(one, scale) - _price(now, scale)
-            own.append(Rival(causes, worse, worse > level * least, odds))
+            deviance = worse / scale + _price(one, scale) - _price(now, scale)
+            own.append(Rival(causes, worse, worse > level * least, deviance))
         told.append(sorted(own, key=lambda one: one.worse))
     return told
 

@@ -422,7 +422,7 @@ def _exchanged(
                 for one in _tries(windows, few, known, first, found, k):
                     if (rival := _rival(few, one, first, least)).excluded:
                         more = len(windows) / len(few)
-                        whole = rival._replace(worse=rival.worse * more, odds=rival.odds * more)
+                        whole = rival._replace(worse=rival.worse * more, deviance=rival.deviance * more)
                         excluded += [whole] if len(one.causes) == len(found.causes) else []
                     else:
                         own.append(_whole(windows, found, few, one))
@@ -513,13 +513,13 @@ def _is_worse(windows: Windows, one: State, other: State, least: float) -> bool:
 def _rival(windows: Windows, one: State, best: State, least: float, cost: float = 0.0) -> Rival:
     """Return the last cause of a state as a hypothesis in the place of one of the best; chi-square as above.
 
-    Its odds are those of the error of a model that excludes it at so much, or those of their scatter over windows.
+    Its deviance is limited by the error of a model, which excludes it at so much, and by its scatter over windows.
 
     cost: chi-square that its parameters cost more than those of the best.
     """
     worse, sure = gain_of(windows, one, best)
-    odds = min(EXCLUDED * worse / least, sure * abs(sure)) + cost
-    return Rival((one.causes[-1],), worse, _excludes(windows, one, best, least), odds)
+    deviance = min(EXCLUDED * worse / least, sure * abs(sure)) + cost
+    return Rival((one.causes[-1],), worse, _excludes(windows, one, best, least), deviance)
 
 
 def _price(windows: Windows, one: State, least: float) -> float:

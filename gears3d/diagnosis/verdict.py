@@ -131,7 +131,7 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
             numbers.pop("phase", None)
         told.append(
             Named(effect.kind, effect.place, numbers, text, gain, alternatives, effect, written, excluded, zero,
-                  options=options(effect.kind, gain, [(one.kinds, one.odds) for one in others[k]]))
+                  options=options(effect.kind, gain, [(one.kinds, one.deviance) for one in others[k]]))
         )  # fmt: skip
     return sorted(told, key=lambda one: -one.gain)
 
@@ -160,7 +160,7 @@ def _reported_short_tooth(short: ShortTooth) -> Named:
     ends = sorted((effect.offset, float(np.copysign(effect.params["offset"].high, effect.offset))))
     numbers = {"offset": Parameter(effect.offset, "m", *ends)}
     others = tuple(map(open_hypothesis, short.others))
-    places = options(effect.kind, short.gain, [(one.kinds, one.odds) for one in short.others])
+    places = options(effect.kind, short.gain, [(one.kinds, one.deviance) for one in short.others])
     return Named(effect.kind, effect.place, numbers, short.why, short.gain, others, effect, table(effect, numbers),
                  at_least=("offset",), options=places)  # fmt: skip
 
@@ -191,7 +191,7 @@ def name_contact_law(law: ContactLawFit) -> tuple[Named, ...]:
         effect: Any = cause.effect
         others = law.alternatives if cause is law.causes[0] else ()
         numbers = parameters(cause, law.covariance[part, part])
-        places = options(effect.kind, gain, [((one["kind"],), 0.0) for one in others])  # contact episodes fit as well
+        places = options(effect.kind, gain, [((one["kind"],), law.worse) for one in others])
         told.append(Named(effect.kind, effect.place, numbers, text, gain, others, effect, table(effect, numbers),
                           options=places))  # fmt: skip
     return tuple(sorted(told, key=lambda one: -one.gain))
