@@ -6,7 +6,6 @@ import atexit
 import os
 import shutil
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -22,8 +21,6 @@ PICTURES = (".png", ".svg", ".pdf")
 # Prefixes of temporary folders: next to a destination, and in the system's temporary directory.
 HIDDEN, PRIVATE = ".gears3d-", "gears3d-"
 _LOCK, _BEFORE, _NEW = "lock", "before", "new"
-# A folder without a lock file may belong to a process that is about to create it; minimum age for removal [s].
-_YOUNG_S = 60.0
 # Attempts to lock a new folder before another process removes it; one is the rule.
 _ATTEMPTS = 100
 _looked: set[Path] = set()
@@ -56,8 +53,17 @@ def temporary(parent: str | Path, prefix: str = HIDDEN) -> Iterator[Path]:
         (folder / _NEW).mkdir()  # a destination may have any name, that of the lock as well
         yield folder / _NEW
     finally:
-        held.close()  # Windows cannot delete an open file
-        shutil.rmtree(folder, ignore_errors=True)
+        _remove(folder, held)
+
+
+def _remove(folder: Path, held: IO[str]) -> None:
+    """Remove a folder, the lock last: what an interrupt leaves of it is recognised as a dead process's."""
+    for part in (_NEW, _BEFORE):
+        shutil.rmtree(folder / part, ignore_errors=True)
+    held.close()  # Windows cannot delete an open file
+    with suppress(OSError):
+        (folder / _LOCK).unlink()
+        folder.rmdir()
 
 
 def _begin(parent: Path, prefix: str) -> tuple[Path, IO[str]]:
@@ -93,16 +99,14 @@ def _clear(parent: Path, prefix: str) -> None:
                     continue
                 folder = Path(entry)
                 if not (folder / _LOCK).exists():
-                    if time.time() - folder.stat().st_mtime > _YOUNG_S:
-                        folder.rmdir()  # raises unless it is empty
+                    folder.rmdir()  # raises unless it is empty; a process that has just created it creates another
                     continue
                 with (folder / _LOCK).open("r+") as held:
                     lock(held)
                     for before in (folder / _BEFORE).glob("*"):
                         if not (parent / before.name).exists():
                             before.rename(parent / before.name)
-                    shutil.rmtree(folder, ignore_errors=True)
-                shutil.rmtree(folder, ignore_errors=True)  # Windows cannot delete an open file
+                    _remove(folder, held)
 
 
 def _own(folder: os.DirEntry[str]) -> bool:
@@ -167,12 +171,12 @@ def exchange(new: Path, place: Path, folder: Path) -> None:
     """
     before = folder.parent / _BEFORE / place.name
     before.parent.mkdir(exist_ok=True)
-    if place.exists():
-        place.rename(before)
     try:
+        if place.exists():
+            place.rename(before)
         new.rename(place)
-    except OSError:
-        if before.exists():
+    except BaseException:  # an interrupt between the two moves as well
+        if before.exists() and not place.exists():
             before.rename(place)
         raise
 

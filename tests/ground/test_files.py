@@ -102,10 +102,65 @@ def test_folders_that_only_look_like_ours_stay(tmp_path):
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "lock").write_text("")
     (tmp_path / ".gears3d-link").symlink_to("elsewhere")
-    (tmp_path / ".gears3d-young").mkdir()
     before = sorted(tmp_path.rglob("*"))
     python(WRITE, tmp_path / "b")
     assert sorted(tmp_path.rglob("*")) == sorted([*before, tmp_path / "b"])
+
+
+def test_an_interrupt_during_the_removal_leaves_nothing_for_the_next_process(tmp_path):
+    code = """
+import sys
+from pathlib import Path
+from gears3d.files import temporary
+
+steps = int(sys.argv[2])
+
+def interrupt(event, _):
+    global steps
+    if event in ("os.remove", "os.rmdir"):
+        steps -= 1
+        if steps < 0:
+            raise KeyboardInterrupt
+
+with temporary(sys.argv[1]) as new:
+    (new / "deep").mkdir()
+    (new / "deep" / "part.txt").write_text("part")
+    sys.addaudithook(interrupt)
+"""
+    left = []
+    for steps in range(6):
+        subprocess.run([sys.executable, "-c", code, str(tmp_path), str(steps)], check=False, capture_output=True)
+        left.append(len(list(tmp_path.iterdir())))
+        python(WRITE, tmp_path / "b")
+        assert [path.name for path in tmp_path.iterdir()] == ["b"]
+        (tmp_path / "b").unlink()
+    assert left == [1, 1, 1, 1, 1, 0]
+
+
+def test_an_interrupt_between_the_two_moves_restores_what_was_there(tmp_path):
+    write_text(tmp_path / "a", "before")
+    code = """
+import sys
+from pathlib import Path
+from gears3d.files import exchange, temporary
+
+moves = []
+
+def interrupt(event, arguments):
+    if event == "os.rename":
+        moves.append(arguments)
+        if len(moves) == 2:
+            raise KeyboardInterrupt
+
+place = Path(sys.argv[1])
+with temporary(place.parent) as folder:
+    (folder / "a").write_text("new")
+    sys.addaudithook(interrupt)
+    exchange(folder / "a", place, folder)
+"""
+    subprocess.run([sys.executable, "-c", code, str(tmp_path / "a")], check=False, capture_output=True)
+    assert (tmp_path / "a").read_text() == "before"
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
 def test_many_processes_at_one_place_do_not_disturb_each_other(tmp_path):
