@@ -6,6 +6,7 @@ a record: start angle and speed of each flight, datum of the displacement, mean 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import pi
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -316,6 +317,28 @@ def roots_of(time: Array, sigma: Array, slow: float, longest: float = 0.0) -> Ar
     return np.linalg.inv(np.linalg.cholesky(covariance))
 
 
+def likely_root(rows: Sequence[Array], roots: Sequence[Array]) -> Array | None:
+    """Return the whitening matrix under which residuals are most likely, with white noise of any size.
+
+    ``None`` where that of white noise is. The residuals, (n,) each, have no more points than the matrices.
+
+    >>> every, point = np.arange(40.0)[None], np.ones((1, 40))
+    >>> roots, rng = [roots_of(every, point, slow)[0] for slow in (0.5, 1.0, 2.0)], np.random.default_rng(1)
+    >>> white = rng.standard_normal((200, 40))
+    >>> found = likely_root([np.linalg.solve(roots[1], row) for row in white], roots)
+    >>> found is roots[1], likely_root(white, roots)
+    (True, None)
+    """
+    count, best, least = sum(map(len, rows)), None, np.inf
+    for root in (None, *roots):
+        left = rows if root is None else [root[: len(row), : len(row)] @ row for row in rows]
+        square = sum(float(row @ row) for row in left)
+        scale = 0.0 if root is None else sum(float(np.sum(np.log(np.diag(root)[: len(row)]))) for row in rows)
+        if (cost := 0.5 * count * np.log(max(square, 1e-300) / max(count, 1)) - scale) < least:
+            best, least = root, cost
+    return best
+
+
 def _relaxations(longest: float, shortest: float, slow: float) -> tuple[Array, float]:
     """Return rates [1/s] of relaxations of equal variance whose sum is 1/f noise, and that variance."""
     ends = 2.0 * np.pi / (SLOWEST_RELAXATION * max(longest, shortest)), np.pi / shortest
@@ -387,10 +410,10 @@ def project_out(rest: Array, free: tuple[Array, ...]) -> Array:
     return project_out_nuisances(rest, orthonormal(free))
 
 
-def orthonormal(free: tuple[Array, ...]) -> list[Array]:
+def orthonormal(free: tuple[Array, ...], least: float = 1e-16) -> list[Array]:
     """Return columns orthonormalised row by row; linearly dependent ones become zero.
 
-    free: (m, n).
+    free: (m, n); least: fraction of its square that an independent column has in addition to the others.
     """
     taken: list[Array] = []
     for column in free:
@@ -399,7 +422,7 @@ def orthonormal(free: tuple[Array, ...]) -> list[Array]:
             for other in taken:
                 own = own - other * np.sum(other * own, axis=1, keepdims=True)
         size = np.sum(own * own, axis=1, keepdims=True)
-        taken.append(np.where(size > 1e-16 * whole, own / np.sqrt(np.where(size > 0.0, size, 1.0)), 0.0))
+        taken.append(np.where(size > least * whole, own / np.sqrt(np.where(size > 0.0, size, 1.0)), 0.0))
     return taken
 
 

@@ -85,7 +85,7 @@ def _hypotheses(
     count = len(less.causes)
     for one in score(found.known, less.rest, directions(records, less)):
         key = (one.candidate.kind, one.candidate.shape.get("gear"))
-        if key in seen or (_is_same(one.candidate, cause)):
+        if key in seen or (is_same(one.candidate, cause)):
             continue
         if len(tried) >= FITTED_RIVALS or one.gain < 0.2 * (less.chi2 - found.fit.chi2):
             break
@@ -101,7 +101,7 @@ def _hypotheses(
     return tried
 
 
-def _is_same(candidate: Candidate, cause: Cause) -> bool:
+def is_same(candidate: Candidate, cause: Cause) -> bool:
     """Whether a candidate is the cause itself, except for refined parameters."""
     own = cause.candidate
     bends = FREE.get(own.kind, {})

@@ -16,7 +16,7 @@ import numpy as np
 from gears3d.diagnosis.acceptance import ACCEPT_PATH, EXCLUDED, LARGEST, MODEL_ERROR, SMALLEST, excluding
 from gears3d.diagnosis.candidates import FREE, price
 from gears3d.diagnosis.cause import Cause, begin
-from gears3d.diagnosis.hypotheses import Rival
+from gears3d.diagnosis.hypotheses import Rival, is_same
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     BODY,
@@ -151,8 +151,17 @@ def path_search(
     """
     if len(windows) < SCORED // 4:
         return None
+    _opened(windows)
+    windows.coloured(())
     base = polished(windows, _opened(windows))
     found = _searched(windows, known, base, lambda part: told(0.5 * part))
+    restore(windows, found)
+    if found.causes and windows.coloured(effects_of(found.causes)):  # less is noise than without causes
+        base = polished(windows, _opened(windows))
+        restore(windows, found)
+        rest = windows.residuals(effects_of(found.causes))
+        found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)))
+        found = _added(windows, known, base, _pruned(windows, base, found), lambda part: None)
     found, less, instead = _exchanged(windows, known, base, found, lambda part: told(0.5 + 0.5 * part))
     gains = [gain_of(windows, one, found)[0] for one in less]
     others = []
@@ -649,7 +658,6 @@ def _fits(
     restore(windows, now)
     scores, level = scores_of(windows, known, now, place=place)
     able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT_PATH * level]
-    there = {(one.candidate.kind, str(one.candidate.shape)) for one in now.causes}
     causes = first.causes if place is None else _without(first, place).causes
     most = FITTED[1 if any(one.candidate.kind in LAWS for one in causes) else 0]
     least = NEAR if place is None else LIKE
@@ -657,7 +665,7 @@ def _fits(
     for gain, one, units, by, _ in able:
         if gain < least * able[0].gain or len(made) >= most:
             break
-        if one.kind in kinds or (one.kind, str(one.shape)) in there:
+        if one.kind in kinds or any(is_same(one, cause) for cause in now.causes):
             continue
         with suppress(InputError):
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
@@ -733,7 +741,7 @@ def _carrying(
     made = []
     for start in (root, now) if now.causes else (now,):
         one = polished(windows, carrying(windows, turns, now, start))
-        if gain_of(windows, now, one)[0] > least:
+        if len(one.causes) > len(start.causes) and gain_of(windows, now, one)[0] > least:
             made.append(playing(windows, one, least))
         if float(np.median(windows.level(one.rest))) < NOISE:
             break

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.body_kernels import swayed, swing
-from gears3d.diagnosis.evidence import roots_of
+from gears3d.diagnosis.evidence import likely_root, orthonormal, roots_of
 from gears3d.diagnosis.prediction import GEARS, deviation, reading_error
 from gears3d.diagnosis.shooting_kernels import (
     BOUNCES,
@@ -52,6 +52,8 @@ ROUNDED = 3e-4
 COLOURED = 0.3
 """Part of the noise of a mean that the root of 1/f noise per unit of ln f must come to, for readings to be made white:
 motion alone gave up to 0.26 in six records with 0.3 % white noise."""
+COLOURS = tuple(0.3 * 2.0 ** (0.5 * k) for k in range(-1, 9))
+"""The same part, as residuals are asked for it where a record does not tell its 1/f noise."""
 RUN = 16
 """Means of readings over which residuals may keep their sign: half a flight."""
 BETTER = 0.98
@@ -67,6 +69,8 @@ KICKS = 16
 """First impacts of a window that have a restitution of their own where it scatters."""
 FARTHEST_KICK = 2.0
 """Standard deviations of the scatter that such a one moves in a round at most."""
+DEPENDENT = 1e-9
+"""Part of its square that a column of a start must have besides the others, to be one."""
 EVENTS = 512
 """Impacts and partings of a window that small changes are followed over at most."""
 KNOWN = (
@@ -173,15 +177,16 @@ class Windows:
         self.unsure = [one.unsure for one in curves]
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
-        self.roots = [
-            self._root(known, [row for row, own in zip(seen, rows, strict=True) if own[0] == k])
-            for k, known in enumerate(tracks)
-        ]
         self.time, self.read = (np.concatenate([np.zeros(0), *(one[k] for one in seen)]) for k in (0, 1))
         self.sigma = np.repeat([one[2] for one in seen], lasts)
         share = (self.time - self.begin[self.window]) / self.step[self.window] if rows else self.time
         self.node = np.clip(share.astype(int), 0, NODES - 2)
         self.beyond = share - self.node
+        self.models, self.lasts = [one.model for one in tracks], [float(np.ptp(one.time[[0, -1]])) for one in tracks]
+        self.roots = [
+            self._root(k, slow) if (slow := one.flicker / self._white(k)) > COLOURED else None
+            for k, one in enumerate(self.models)
+        ]
         self.weight = np.ones(len(rows))
         self.every, self.order = self._numbered()
         self.starts = at_rest(np.zeros(len(rows)), np.zeros(len(rows)))
@@ -249,19 +254,33 @@ class Windows:
         time, place = (column[: bins * size].reshape(bins, size).mean(axis=1) for column in (time, place))
         return time, place, float(np.hypot(known.noise / np.sqrt(size), ROUNDED * self.backlash))
 
-    def _root(self, known: Track, seen: list[tuple[Array, Array, float]]) -> Array | None:
-        """Return what makes the readings of a record's windows white; ``None`` where their noise is.
+    def _white(self, k: int) -> float:
+        """Return the standard deviation of a reading of a record [m]."""
+        return float(np.min(self.sigma[self.record[self.window] == k], initial=np.inf))
 
-        Args:
-            known: path of the record.
-            seen: times, displacements and standard deviation of each of its windows.
+    def _root(self, k: int, slow: float) -> Array:
+        """Return what makes the readings of a record's windows white, with 1/f noise in standard deviations of one."""
+        longest = np.flatnonzero(self.record == k)[np.argmax(np.bincount(self.window)[self.record == k])]
+        time = self.time[self.window == longest]
+        return roots_of(time[None], np.ones((1, len(time))), slow, self.lasts[k])[0]
+
+    def coloured(self, effects: Sequence[Any]) -> bool:
+        """Take the 1/f noise of records that do not tell it from what a fit with effects leaves of the quieter windows.
+
+        Returns whether that changed anything.
         """
-        slow = known.model.flicker
-        if not seen or slow <= COLOURED * seen[0][2]:
-            return None
-        time = max((one[0] for one in seen), key=len)
-        whole = float(known.time[-1] - known.time[0])
-        return roots_of(time[None], np.ones((1, len(time))), slow / seen[0][2], whole)[0]
+        rest, before = self.missed(effects) / self.sigma, list(self.roots)
+        usual = self.level(rest)
+        for k, model in enumerate(self.models):
+            own = np.flatnonzero(self.record == k)
+            if model.flicker > 0.0 or not len(own):
+                continue
+            rows = [rest[self.window == one] for one in own[usual[own] <= np.median(usual[own])]]
+            most = 2.0 * model.sigmas["flicker"] / self._white(k)
+            self.roots[k] = likely_root(rows, [self._root(k, slow) for slow in COLOURS if slow < most])
+        return any(
+            one is not other and not np.array_equal(one, other) for one, other in zip(self.roots, before, strict=True)
+        )
 
     def whitened(self, columns: Array) -> Array:
         """Return readings, in their standard deviations, without the correlation that 1/f noise gives them."""
@@ -471,12 +490,7 @@ class Windows:
             self.starts = self.starts.put(poor, part.started(effects, anew=anew, until=until))
 
     def poor(self, effects: Sequence[Any], rest: Array) -> Array:
-        """Return the windows whose residuals are more than noise, (k,); all where impacts have kicks that follow them.
-
-        Args:
-            effects: in addition to those of the rig.
-            rest: residuals.
-        """
+        """Return the windows whose residuals are more than noise, (k,); all where impacts have kicks."""
         return np.flatnonzero((self.level(rest) > NOISE) | (self.spread(effects) > 0.0))
 
     def started(self, effects: Sequence[Any], *, anew: bool, until: float) -> Starts:
@@ -588,17 +602,8 @@ class WithoutStarts:
 
     def __init__(self, windows: Windows, columns: Sequence[Array]) -> None:
         self._windows, self._given = windows, windows._dense(columns)
-        own = self._given.copy()
-        self.sizes = np.zeros(own.shape[:2])
-        for k in range(own.shape[1]):
-            before, whole = own[:, :k], np.sqrt(np.sum(own[:, k] ** 2, axis=1))
-            for _ in range(2 if k else 0):
-                own[:, k] -= _along(before, own[:, k])
-            size = np.sqrt(np.sum(own[:, k] ** 2, axis=1))
-            good = size > 3e-5 * whole
-            own[:, k] *= np.where(good, 1.0 / np.where(good, size, 1.0), 0.0)[:, None]
-            self.sizes[:, k] = np.where(good, size, 0.0)
-        self._own = own
+        own = np.stack(orthonormal(tuple(self._given.transpose(1, 0, 2)), DEPENDENT), axis=1)
+        self.sizes, self._own = np.einsum("wpn,wpn->wp", own, self._given), own
 
     def variances(self) -> Array:
         """Return the variance of each number of a start, the others free, 0 where it changes nothing, (w, p)."""
@@ -793,8 +798,3 @@ class Linearised:
         else:
             follow(windows.step, run.starts.mode, run.events, run.counts, *pushed, rebound, *starts, made)
         return windows.between(made)
-
-
-def _along(own: Array, dense: Array) -> Array:
-    """Return the parts of vectors, (w, n), that lie along others, which are orthonormal or zero, (w, p, n)."""
-    return (own.transpose(0, 2, 1) @ (own @ dense[:, :, None]))[:, :, 0]

@@ -436,8 +436,11 @@ def _slow(
         made[free] = nnls((columns / size)[part, free] * weight[part, None], seen[part] / scale * weight[part])[0]
         return made * scale / size
 
+    # the largest flicker that the variances permit: motion is in them as well, and white noise
+    most = float(np.sqrt(np.nanmedian(table, axis=0).min() / one)) if len(ladder) else np.nan
     if len(ladder) < 3:
-        return np.array([near[0] if white is None else white, 0.0, 0.0]), np.array([near[1], np.nan, np.nan])
+        known = near[0] if white is None else white
+        return np.array([known, 0.0, 0.0]), np.array([near[1], 0.5 * most, np.nan])
     skip = 0 if white is None else 1
     whole = fitted(table, skip)
     each = np.array([fitted(np.delete(table, k, axis=0), skip) for k in range(len(table))])
@@ -448,6 +451,8 @@ def _slow(
     sure = variances > SURE * sigma
     values = np.where(sure, np.sqrt(variances), 0.0)
     spreads = np.where(sure, sigma / np.maximum(2.0 * values, 1e-300), 0.5 * np.sqrt(variances + 2.0 * sigma))
+    if not sure[1]:  # motion may take its place
+        spreads[1] = max(spreads[1], 0.5 * most)
     values[0], spreads[0] = np.sqrt(variances[0] + least), np.hypot(spreads[0], near[1])
     return values, spreads
 

@@ -55,6 +55,16 @@ def test_flicker_of_shaped_spectrum_is_recovered_beneath_white_noise(flicker, se
         assert np.std(noise[size:] - noise[:-size]) == pytest.approx(found.deviation(size * STEP), rel=0.15)
 
 
+def test_motion_that_hides_flicker_leaves_an_upper_bound():
+    rng = np.random.default_rng(3)
+    bounces = 1e-3 * np.abs(np.sin(2.0 * np.pi * 30.0 * TIME))
+    noise = rng.normal(0.0, 1e-6, COUNT) + coloured(rng, lambda f: 1e-6**2 / f)
+    found = estimate_noise(TIME, MOTION + bounces + noise)
+    assert found.flicker == 0.0
+    assert 1e-6 < 2.0 * found.sigmas["flicker"] < 1e-4
+    assert estimate_noise(TIME, MOTION + bounces + rng.normal(0.0, 1e-6, COUNT)).flicker == 0.0
+
+
 def test_a_random_walk_is_recovered():
     rng = np.random.default_rng(4)
     walk = 5e-5
