@@ -269,7 +269,8 @@ class Windows:
 
         Returns whether that changed anything.
         """
-        rest, before = self.missed(effects) / self.sigma, list(self.roots)
+        rest = self.missed(effects) / self.sigma
+        before = [one is None or one.tobytes() for one in self.roots]
         usual = self.level(rest)
         for k, model in enumerate(self.models):
             own = np.flatnonzero(self.record == k)
@@ -278,9 +279,7 @@ class Windows:
             rows = [rest[self.window == one] for one in own[usual[own] <= np.median(usual[own])]]
             most = 2.0 * model.sigmas["flicker"] / self._white(k)
             self.roots[k] = likely_root(rows, [self._root(k, slow) for slow in COLOURS if slow < most])
-        return any(
-            one is not other and not np.array_equal(one, other) for one, other in zip(self.roots, before, strict=True)
-        )
+        return before != [one is None or one.tobytes() for one in self.roots]
 
     def whitened(self, columns: Array) -> Array:
         """Return readings, in their standard deviations, without the correlation that 1/f noise gives them."""
