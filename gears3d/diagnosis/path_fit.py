@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from math import gcd
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from gears3d.diagnosis.cause import Cause, moved, swings
 from gears3d.diagnosis.datums import goes_by, order_of, reference
 from gears3d.diagnosis.prediction import GEARS
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
+from gears3d.effects import Code
 from gears3d.errors import InputError
 
 Array = np.ndarray
@@ -315,6 +316,24 @@ def followed(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
     return made
 
 
+def refined(windows: Windows, effects: Sequence[Any], rest: Array) -> Array:
+    """Take the best of several starts of each window, each fitted before it is compared, and return the residuals.
+
+    Where bounces are low, starts have neighbours that fit as well at first sight. Films and springs take too long.
+    """
+    rows = [row for one in (*windows.effects, *effects) for row in one.rows(windows.values)]
+    if any(row.code in (Code.GAP_FILM, Code.GAP_SPRING, Code.TORQUE_CARRIED) for row in rows):
+        return rest
+    best, least = windows.starts, windows.level(rest)
+    for one in windows.beginnings(effects):
+        windows.starts = one
+        new = settled(windows, effects, windows.residuals(effects))
+        better = windows.level(new) < least
+        best, least = windows.starts.where(better, best), np.minimum(windows.level(new), least)
+    windows.starts = best
+    return windows.residuals(effects)
+
+
 def rezeroed(windows: Windows, now: State) -> State:
     """Return a state with other zeros of displacement and angles, where records are far off and nearer with them.
 
@@ -379,11 +398,15 @@ def _by_record(windows: Windows, rest: Array) -> Array:
     return np.array([np.median(one) if len(one) else 0.0 for one in own])
 
 
-def polished(windows: Windows, now: State, rounds: int = 4) -> State:
-    """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less."""
-    now = _polished(windows, now, rounds)
+def polished(windows: Windows, now: State, *, anew: bool = False) -> State:
+    """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less.
+
+    anew: whether several starts of each window are fitted before they are compared.
+    """
+    now = _polished(windows, now)
     effects, before = effects_of(now.causes), now.rest
     rest = followed(windows, effects, before)
+    rest = refined(windows, effects, rest) if anew else rest
     if np.any(rest != before):
         now = fitted(windows, now._replace(rest=rest))
     return _driven(windows, now)
@@ -428,9 +451,9 @@ def by_drive(
     return explained, price
 
 
-def _polished(windows: Windows, now: State, rounds: int) -> State:
+def _polished(windows: Windows, now: State) -> State:
     """Return a state fitted from starts that are flights through the first readings, or rests."""
-    for _ in range(2 * rounds if any(cause.free for cause in now.causes) else rounds):  # a shape needs more
+    for _ in range(8 if any(cause.free for cause in now.causes) else 4):  # a shape needs more
         now = with_spread(windows, now)
         level = windows.level(now.rest)
         windows.weight = 1.0 / np.sqrt(np.maximum(level / (4.0 * max(float(np.median(level)), 1e-12)), 1.0))

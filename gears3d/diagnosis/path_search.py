@@ -153,14 +153,14 @@ def path_search(
         return None
     _opened(windows)
     windows.coloured(())
-    base = polished(windows, _opened(windows))
+    base = polished(windows, _opened(windows), anew=True)
     found = _searched(windows, known, base, lambda part: told(0.5 * part))
     restore(windows, found)
     if found.causes and windows.coloured(effects_of(found.causes)):  # less is noise than without causes
-        base = polished(windows, _opened(windows))
+        base = polished(windows, _opened(windows), anew=True)
         restore(windows, found)
         rest = windows.residuals(effects_of(found.causes))
-        found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)))
+        found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)), anew=True)
         found = _added(windows, known, base, _pruned(windows, base, found), lambda part: None)
     found, less, instead = _exchanged(windows, known, base, found, lambda part: told(0.5 + 0.5 * part))
     gains = [gain_of(windows, one, found)[0] for one in less]
@@ -423,7 +423,7 @@ def _exchanged(
         for k, cause in enumerate(found.causes):
             told((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
             restore(windows, found)
-            less.append(polished(windows, fitted(windows, _without(found, k))))
+            less.append(polished(windows, fitted(windows, _without(found, k)), anew=True))
             own, excluded = [], []
             if cause.candidate.kind not in (*LAWS, SCATTER):
                 few, mine, first = _sampled(windows, found)
@@ -616,7 +616,7 @@ def _whole(windows: Windows, now: State, few: Windows, one: State) -> State:
     windows.starts = now.starts.put(few.picked, one.starts)
     effects = effects_of(one.causes)
     windows.restart(effects)
-    return polished(windows, fitted(windows, state_of(windows, one.causes, windows.residuals(effects))))
+    return polished(windows, fitted(windows, state_of(windows, one.causes, windows.residuals(effects))), anew=True)
 
 
 def _not_excluded(windows: Windows, now: State, tries: Sequence[State]) -> tuple[State, list[State]]:

@@ -484,19 +484,29 @@ class Windows:
     def restart(self, effects: Sequence[Any], *, anew: bool = False, until: float = 1.0) -> None:
         """Choose the start of each window among flights through its first readings and rests on either flank."""
         poor = np.arange(len(self)) if anew else self.poor(effects, self.residuals(effects))
-        if len(poor):
-            part = self if len(poor) == len(self) else self.only(poor)[0]
-            self.starts = self.starts.put(poor, part.started(effects, anew=anew, until=until))
+        if not len(poor):
+            return
+        part = self if len(poor) == len(self) else self.only(poor)[0]
+        best, kept = np.full(len(part), np.inf), part.starts
+        for one in [*([] if anew else [kept]), *part.beginnings(effects)]:
+            left = part.residuals(effects, one)
+            left = part.level(left * part.early(until, len(left)))
+            better = left < BETTER * best
+            best = np.where(better, left, best)
+            kept = one.where(better, kept)
+        if len(film_of([row for effect in (*self.effects, *effects) for row in effect.rows(self.values)])):
+            run = part._run(effects, kept)  # what floats on a film is free as well
+            kept = at_rest(run.path[:, 0].copy(), run.pace[:, 0].copy())
+        self.starts = self.starts.put(poor, kept)
 
     def poor(self, effects: Sequence[Any], rest: Array) -> Array:
         """Return the windows whose residuals are more than noise, (k,); all where impacts have kicks."""
         return np.flatnonzero((self.level(rest) > NOISE) | (self.spread(effects) > 0.0))
 
-    def started(self, effects: Sequence[Any], *, anew: bool, until: float) -> Starts:
-        """Return the start of each window that :meth:`restart` chooses."""
-        tried = [] if anew else [self.starts]
+    def beginnings(self, effects: Sequence[Any]) -> list[Starts]:
+        """Return starts of all windows: rests on either flank, and flights through the first readings."""
         none = np.zeros(len(self))
-        tried += [at_rest(none, none, mode) for mode in (1, 2)]
+        tried = [at_rest(none, none, mode) for mode in (1, 2)]
         now = self._run(effects, self.starts)
         wrong = self.misread([one for one in (*self.effects, *effects) if isinstance(one, SensorEffect)], now.seen[0])
         driven = self.drive[2] if wrong is None else self.drive[2] - wrong[2]
@@ -517,17 +527,7 @@ class Windows:
             spread = count * sxx - sx**2
             slope = np.where(spread > 0.0, (count * sxy - sx * sy) / np.where(spread > 0.0, spread, 1.0), 0.0)
             tried.append(at_rest((sy - slope * sx) / np.maximum(count, 1), slope))
-        best, kept = np.full(len(self), np.inf), self.starts
-        for one in tried:
-            left = self.residuals(effects, one)
-            left = self.level(left * self.early(until, len(left)))
-            better = left < BETTER * best
-            best = np.where(better, left, best)
-            kept = one.where(better, kept)
-        if len(film_of([row for effect in (*self.effects, *effects) for row in effect.rows(self.values)])):
-            run = self._run(effects, kept)  # what floats on a film is free as well
-            kept = at_rest(run.path[:, 0].copy(), run.pace[:, 0].copy())
-        return kept
+        return tried
 
     @property
     def pivot(self) -> float:
