@@ -28,7 +28,7 @@ from gears3d.diagnosis.shooting_kernels import (
     slowing,
     torques_of,
 )
-from gears3d.effects import Code, SensorEffect
+from gears3d.effects import Code
 from gears3d.lumped.flanks import perfect
 
 if TYPE_CHECKING:
@@ -357,7 +357,7 @@ class Windows:
     def _run(self, effects: Sequence[Any], starts: Starts, most: int = 0) -> _Run:
         """Return what the rig with more effects does, with so many events of each window at most."""
         rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
-        sensors: list[Any] = [one for one in (*self.effects, *effects) if isinstance(one, SensorEffect)]
+        sensors: list[Any] = [one for one in (*self.effects, *effects) if hasattr(one, "observe")]
         zero = (np.asarray(self.origins)[self.record] + self.zeros[self.record])[:, None]
         angle, speed, rate = self.drive
         turned = self.turned[self.record]
@@ -508,7 +508,7 @@ class Windows:
         none = np.zeros(len(self))
         tried = [at_rest(none, none, mode) for mode in (1, 2)]
         now = self._run(effects, self.starts)
-        wrong = self.misread([one for one in (*self.effects, *effects) if isinstance(one, SensorEffect)], now.seen[0])
+        wrong = self.misread([one for one in (*self.effects, *effects) if hasattr(one, "observe")], now.seen[0])
         driven = self.drive[2] if wrong is None else self.drive[2] - wrong[2]
         fall = -self.lever * self.values.drag_torque - self.radii[0] * driven
         step = self.step[:, None]
@@ -739,7 +739,7 @@ class Linearised:
                 if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
                     form = (1.0, np.abs(run.events[:, :, 4]), 0.5 * run.events[:, :, 3])[row.code - Code.IMPACT_OFFSET]
                     rebound = rebound + sign * row.p[0] * form
-            if isinstance(one, SensorEffect):
+            if hasattr(one, "observe"):
                 wrong = windows.misread([one], seen)
                 if wrong is not None:
                     pushed = pushed + sign * windows.radii[0] * wrong[2]
