@@ -153,7 +153,8 @@ class Windows:
         slowing = self.lever * max(self.values.drag_torque, 1e-12)
         self.fall = float(np.sqrt(2.0 * self.backlash / slowing))
         self.base, self.effects = rig.rows(), rig.effects
-        self.origins = [self.radii[1] * one.origin[1] - self.radii[0] * one.origin[0] for one in tracks]
+        self.origins = np.array([self.radii[1] * one.origin[1] - self.radii[0] * one.origin[0] for one in tracks])
+        self._last: tuple[Any, ...] | None = None
         self.zeros, self.turned = np.zeros(len(tracks)), np.zeros((len(tracks), 2))
         self.lost = np.array([[gear in own for gear in GEARS] for own in unmarked or [()] * len(tracks)])
         rows, seen = [], []
@@ -358,18 +359,16 @@ class Windows:
         """Return what the rig with more effects does, with so many events of each window at most."""
         rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
         sensors: list[Any] = [one for one in (*self.effects, *effects) if hasattr(one, "observe")]
-        zero = (np.asarray(self.origins)[self.record] + self.zeros[self.record])[:, None]
-        angle, speed, rate = self.drive
-        turned = self.turned[self.record]
-        seen, loose = angle + turned[:, :1], (self.radii[0] * angle + zero) / self.radii[1] + turned[:, 1:]
-        if wrong := self.misread(sensors, seen):
-            angle, speed, rate = (own - off for own, off in zip(self.drive, wrong, strict=True))
+        key = (id(self.drive[0]), *map(id, effects)), self.zeros.tobytes(), self.turned.tobytes()
+        if self._last is None or self._last[0] != key:  # one start after the other is tried with the same effects
+            self._last = key, (self.drive, *effects), self._moved(rows, sensors)
+        seen, loose, ahead, wrong, (angle, speed, rate), flanks = self._last[2]
         laws = np.array([self.values.restitution, 0.0, 0.0])
         for row in rows:
             if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
                 laws[row.code - Code.IMPACT_OFFSET] += row.p[0]
         path, pace = np.empty_like(angle), np.empty_like(angle)
-        ahead, events = zero[:, 0] / self.radii[1] + turned[:, 1], np.zeros((len(self), most, 7))
+        events = np.zeros((len(self), most, 7))
         torques, counts = torques_of(rows, self.values.drag_torque), np.zeros(len(self), dtype=np.int64)
         about = np.array([*self.radii, self.lever])
         film, body = film_of(rows), body_of(rows)
@@ -378,8 +377,9 @@ class Windows:
         flow = np.zeros((len(self), angle.shape[1] - 1 if most and len(film) else 0, 4))
         bends = any(200 < row.code < 300 for row in rows) and any(row.code == Code.GAP_SPRING for row in rows)
         for place in (None, path) if bends else (None,):  # yielding teeth let the gear lag far behind its flank
-            flanks = self.flanks(rows, seen, loose, place=place)
-            flanks = flanks[0], flanks[1] + self.backlash
+            if place is not None:
+                flanks = self.flanks(rows, seen, loose, place=place)
+                flanks = flanks[0], flanks[1] + self.backlash
             if len(body):
                 swing(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, body,
                       *starts[:3], starts.twist, kicks, path, pace, twist, events, counts)  # fmt: skip
@@ -391,6 +391,16 @@ class Windows:
         made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, speed, path)
         about = made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts, flanks, flow
         return _Run(*about, twist, body)
+
+    def _moved(self, rows: Sequence[Row], sensors: Sequence[Any]) -> tuple[Any, ...]:
+        """Return what runs of all starts share: angles, errors of the drive's encoder, its motion in truth, flanks."""
+        zero, turned = (self.origins + self.zeros)[self.record][:, None], self.turned[self.record]
+        angle = self.drive[0]
+        seen, loose = angle + turned[:, :1], (self.radii[0] * angle + zero) / self.radii[1] + turned[:, 1:]
+        wrong = self.misread(sensors, seen)
+        drive = [own - off for own, off in zip(self.drive, wrong, strict=True)] if wrong else self.drive
+        active, reverse = self.flanks(rows, seen, loose)
+        return seen, loose, zero[:, 0] / self.radii[1] + turned[:, 1], wrong, drive, (active, reverse + self.backlash)
 
     def misread(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array] | None:
         """Return by how much the drive is read wrong at the nodes, and derivatives of that; ``None`` for nothing."""
@@ -405,12 +415,7 @@ class Windows:
     ) -> Array | float:
         """Return by how much readings of the displacement are wrong [m], (n,).
 
-        Args:
-            sensors: effects.
-            wrong: of :meth:`misread`.
-            loose: angles of the loose gear at rest on its flank, at the nodes [rad].
-            speed: of the drive there [rad/s].
-            path: displacement there [m], (w, nodes).
+        wrong: of :meth:`misread`; loose: angles at rest on the flank [rad]; speed: of the drive; path: (w, nodes).
         """
         made: Array | float = 0.0
         if own := [one for one in sensors if one.gear == "loose"]:
@@ -434,12 +439,7 @@ class Windows:
     ) -> tuple[Array, Array]:  # fmt: skip
         """Return by how much effects move the active and the reverse flank at the nodes [m], (w, n) each.
 
-        Args:
-            rows: normal forms.
-            drive: angles [rad], (w, n).
-            loose: angles on the active flank [rad], (w, n).
-            known: waves over the angles of each flank, for :func:`gears3d.diagnosis.prediction.deviation`.
-            place: displacement [m], (w, n), where it is not that of the flanks.
+        known: waves over the angles of each flank; place: displacement where it is not that of the flanks [m], (w, n).
         """
         rows = [row for row in rows if 200 < row.code < 300]
         if not rows:
