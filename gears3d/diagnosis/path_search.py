@@ -151,17 +151,9 @@ def path_search(
     """
     if len(windows) < SCORED // 4:
         return None
-    _opened(windows)
-    windows.coloured(())
     base = polished(windows, _opened(windows), anew=True)
     found = _searched(windows, known, base, lambda part: told(0.5 * part))
-    restore(windows, found)
-    if found.causes and windows.coloured(effects_of(found.causes)):  # less is noise than without causes
-        base = polished(windows, _opened(windows), anew=True)
-        restore(windows, found)
-        rest = windows.residuals(effects_of(found.causes))
-        found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)), anew=True)
-        found = _added(windows, known, base, _pruned(windows, base, found), lambda part: None)
+    base, found = _recoloured(windows, known, base, found)
     found, less, instead = _exchanged(windows, known, base, found, lambda part: told(0.5 + 0.5 * part))
     gains = [gain_of(windows, one, found)[0] for one in less]
     others = []
@@ -256,12 +248,7 @@ def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[fl
 
 
 def promised(windows: Windows, scatter: Cause) -> float:
-    """Return by how much a scatter of the restitution lowers chi-square over its level, less its price.
-
-    Args:
-        windows: of the records, with starts that fit.
-        scatter: in addition to the rig.
-    """
+    """Return by how much a scatter of the restitution lowers chi-square over its level, less its price."""
     before = state_of(windows, (), windows.read)
     gain = _promised(windows, state_of(windows, (scatter,), windows.residuals(effects_of([scatter]))))
     restore(windows, before)
@@ -317,6 +304,28 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
                 break
             now = polished(windows, _carried(windows, found)) if found.causes else now
     return _added(windows, known, base, _pruned(windows, base, now), told)
+
+
+def _recoloured(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> tuple[State, State]:
+    """Return the states without and with causes where restitution that scatters does not stand for 1/f noise.
+
+    Kicks of impacts explain it as well. It is taken from what is left without them, then from what is left in all.
+    """
+    for kicked in (False, True):
+        if not any(one.candidate.kind == SCATTER for one in found.causes):
+            break
+        restore(windows, found)
+        causes = [one for one in found.causes if kicked or one.candidate.kind != SCATTER]
+        rest = windows.residuals(effects_of(causes))
+        less = polished(windows, fitted(windows, state_of(windows, causes, rest)))
+        if not windows.coloured(effects_of(less.causes)):
+            break
+        base = polished(windows, _opened(windows), anew=True)
+        restore(windows, found)
+        rest = windows.residuals(effects_of(found.causes))
+        found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)), anew=True)
+        found = _added(windows, known, base, _pruned(windows, base, found), lambda part: None)
+    return base, found
 
 
 def _swinging(windows: Windows, known: Sequence[Candidate], turns: Sequence[float], base: State) -> State:
@@ -427,8 +436,13 @@ def _exchanged(
             own, excluded = [], []
             if cause.candidate.kind not in (*LAWS, SCATTER):
                 few, mine, first = _sampled(windows, found)
-                least = _least(few, gain_of(few, _part(few, mine, less[-1]), first)[0], first.rest)
-                for one in _tries(windows, few, known, first, found, k):
+                plain = _part(few, mine, less[-1])
+                gain = gain_of(few, plain, first)[0]
+                least, tries = _least(few, gain, first.rest), _tries(windows, few, known, first, found, k)
+                for one in _scattered(few, known, plain, LIKE * gain):
+                    restore(few, one)
+                    tries.append(polished(few, one))
+                for one in tries:
                     if (rival := _rival(few, one, first, least)).excluded:
                         more = len(windows) / len(few)
                         whole = rival._replace(worse=rival.worse * more, deviance=rival.deviance * more)
