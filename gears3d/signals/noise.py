@@ -14,6 +14,9 @@ _SOME = 200_000  # Steps from which the typical one is taken
 _MOST = 200_000  # Samples that are looked at to find the quantum
 _FIT = 1e-3  # How far, in quanta, a difference may be off a whole number
 _SHARE = 0.999  # Part of the differences that must be whole numbers of quanta
+_ROUNDED = 10.0  # Ratio of the angle of a count to the unit to which a file rounds angles, from which both show
+_FEWEST = 20  # Counts that a rounded record must pass
+_UNEVEN = 0.01  # Part of its changes that must have other numbers of counts than most have
 _REACH = 8  # Edges to either side from which the time of one count is taken
 STANDS_OUT = 20.0  # Times the floor of the noise: no mean over SEGMENTS spectra comes near that by chance
 SEGMENTS = 8  # Of the mean spectrum, half overlapping ones besides
@@ -150,10 +153,12 @@ def quantum(angle: np.ndarray) -> float | None:
         angle: of a record, in order of time [rad], (n,).
 
     Returns:
-        The smallest change [rad] when nearly all changes are whole multiples of it; ``None`` for a smooth record.
+        The smallest change [rad] when nearly all changes are whole multiples of it, to within the decimals of a file;
+        ``None`` for a smooth record.
 
-    >>> round(quantum(np.floor(np.linspace(0, 50, 1001) ** 1.2) * 0.25), 12)
-    0.25
+    >>> counts = np.floor(np.linspace(0, 50, 1001) ** 1.2)
+    >>> round(quantum(counts * 0.25), 12), round(360 / quantum(np.round(counts * 360 / 4096, 3)), 1)
+    (0.25, 4096.0)
     """
     every = np.abs(np.diff(angle[:_MOST]))
     scale = np.abs(angle[:_MOST]).max(initial=0.0)
@@ -167,7 +172,39 @@ def quantum(angle: np.ndarray) -> float | None:
     multiples = changes[changes < 100.0 * first] / first
     off = np.abs(multiples - np.round(multiples))
     rounding = 1e-13 * scale / first
-    return float(first) if np.mean(off < _FIT + 10.0 * rounding) >= _SHARE else None
+    return float(first) if np.mean(off < _FIT + 10.0 * rounding) >= _SHARE else _rounded_count(angle[:_MOST])
+
+
+def _rounded_count(angle: np.ndarray) -> float | None:
+    """Return the angle of one count of angles that a file rounds to a finer unit, as 0.088 deg of 4096 counts.
+
+    Each count has one rounded angle, so that angles differ by more than half a count or not at all, and changes by
+    whole counts to within the unit of rounding.
+    """
+    values = np.unique(angle)
+    change = np.diff(angle)
+    seen = np.unique(np.concatenate([np.abs(change), np.diff(values)]))
+    gaps = np.unique(np.diff(seen))
+    gaps = gaps[gaps > 1e-13 * np.abs(angle).max()]
+    if len(gaps) < 2:
+        return None
+    at = int(np.argmax(gaps[1:] / gaps[:-1]))
+    unit, count = float(gaps[at]), float(gaps[at + 1])
+    error = 2.0 * unit
+    for _ in range(4):  # more counts in a change divide its error by more
+        whole = np.round(seen / count)
+        close = (whole > 0.0) & (whole * error < 0.2 * count)
+        if count < _ROUNDED * unit or not close.any():
+            return None
+        count, error = float(seen[close].sum() / whole[close].sum()), unit / float(whole[close].max())
+    whole = np.round(change / count)
+    if np.mean(np.abs(change - whole * count) < 1.05 * unit) < _SHARE or np.diff(values).min() < 0.5 * count:
+        return None
+    number = np.concatenate([[0.0], np.cumsum(whole)])
+    numbers = np.sort(np.unique(np.abs(whole), return_counts=True)[1])
+    if np.ptp(number) < _FEWEST or numbers[:-1].sum() < _UNEVEN * len(whole):
+        return None  # even steps of many counts look like counts, too
+    return float(np.polyfit(number, angle, 1)[0])
 
 
 def count_of(angle: np.ndarray) -> float | None:

@@ -6,7 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gears3d.signals import describe, durations, impacts_per_period, periodicity, regime, section, states, window
+from gears3d.signals import (
+    describe,
+    durations,
+    impacts_per_period,
+    periodicity,
+    quantum,
+    regime,
+    section,
+    states,
+    window,
+)
 
 PERIOD = 1 / 3
 
@@ -170,3 +180,28 @@ def test_an_impact_from_contact_counts_for_the_energy():
     assert found["impacts"] == 1
     assert found["active_energy_J_s"] == pytest.approx(0.5 * 2.0 * (0.1**2 - 0.03**2) / 2.0)
     assert found["energy_J_s"] == pytest.approx(found["active_energy_J_s"] + 0.5 * 2.0 * (0.08**2 - 0.02**2) / 2.0)
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.37])
+@pytest.mark.parametrize("samples", [2_000, 40_000])
+@pytest.mark.parametrize("decimals", [3, 4, 5, 6, 9])
+def test_counts_show_in_angles_that_a_file_rounds(decimals, samples, turned):
+    time = np.linspace(0.0, 1.0, samples)
+    degrees = 1500.0 * time + 20.0 * np.sin(60.0 * time)
+    shown = np.round(np.floor(degrees / 360.0 * 4096) * 360.0 / 4096 + turned, decimals)
+    assert 360.0 / quantum(shown) == pytest.approx(4096.0, rel=1e-5)
+    assert quantum(np.radians(shown)) == pytest.approx(2.0 * np.pi / 4096.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("decimals", [2, 4, 6])
+def test_smooth_angles_have_no_counts_beyond_the_decimals_of_a_file(decimals):
+    time = np.linspace(0.0, 1.0, 20_000)
+    noise = np.random.default_rng(4).normal(0.0, 0.02, len(time))
+    found = quantum(np.round(1500.0 * time + 20.0 * np.sin(60.0 * time) + noise, decimals))
+    assert found is None or found == pytest.approx(10.0**-decimals, rel=1e-6)
+
+
+def test_even_steps_of_many_counts_are_no_counts():
+    rows = np.arange(12_000)
+    steps = np.floor(0.3 + 444.444 * np.where(rows < 6_000, rows, 12_000 - rows))
+    assert quantum(steps) is None
