@@ -157,7 +157,12 @@ def reason(verdict: Verdict) -> str:
     seen = f"{verdict.revolutions:.3g} revolutions"
     if not verdict.cause:
         enough = 1.0 / abs(verdict.factor - 1.0)
-        told = f"{seen} do not decide which encoder is wrong, or whether the teeth are: it takes about {enough:.2g}"
+        told = f"{seen} do not decide which encoder is wrong, or whether the teeth are: "
+        told += (
+            f"it takes about {enough:.2g}"
+            if verdict.revolutions < enough
+            else "patterns that repeat once per revolution are too weak, record the index mark of both encoders"
+        )
         out = [CALLED[cause] for cause in CAUSES if cause not in verdict.possible]
         return told + (f"; {out[0]} excluded" if out else "")
     if np.isinf(verdict.margin):

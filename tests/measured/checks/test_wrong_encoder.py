@@ -50,6 +50,13 @@ def test_few_revolutions_leave_it_undecided_and_say_how_many_decide():
     assert all(way in one.remedy for way in ("either", "[drive]", "[loose]", "gears.*.teeth"))
 
 
+def test_enough_revolutions_without_patterns_ask_for_index_marks():
+    one = the_ratio(turned("drive", 1.04, revolutions=60, patterns=0.0))
+    assert (one.channel, one.correctable) == ("", False)
+    assert "it takes about" not in one.evidence
+    assert "record the index mark of both encoders" in one.evidence
+
+
 @pytest.mark.parametrize("cause", ["drive", "loose", "teeth"])
 def test_index_marks_decide_alone(cause):
     rig = turned(cause, 1.02, revolutions=20, patterns=0.0, named=(31, 43) if cause == "teeth" else (30, 43))
