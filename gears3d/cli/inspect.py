@@ -130,4 +130,6 @@ def propose_map(
         return
     write_text(out, text)
     then = shlex.join(["gears3d", "segment", str(out), "--rig", "SCENARIO" if rig is None else str(rig)])
+    if not all(f"[{gear}]" in text.splitlines() for gear in ("drive", "loose")):
+        then = shlex.join(["gears3d", "identify", "coastdown", str(out), "--inertia", "INERTIA"])
     typer.echo(f"written to {out}; check it, then: {then}")

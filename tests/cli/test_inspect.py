@@ -74,3 +74,12 @@ def test_old_and_new_place_of_guess(gears3d, record, tmp_path):
     code, again, err = gears3d("measure", foreign, "--guess", "--rig", RIG)
     assert (code, again) == (0, proposed)
     assert err.count("is called") == 2
+
+
+def test_the_map_of_one_gear_leads_to_its_coast_down(gears3d, tmp_path):
+    rows = "\n".join(f"{0.1 * k:.1f},{600 - k}" for k in range(400))
+    (tmp_path / "run.csv").write_text(f"time [s],speed [rpm]\n{rows}\n")
+    code, printed, err = gears3d("inspect", tmp_path / "run.csv", "--guess", "--out", tmp_path / "record.toml")
+    assert code == 0, err
+    assert "identify coastdown" in printed
+    assert "segment" not in printed

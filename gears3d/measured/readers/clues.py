@@ -106,6 +106,7 @@ class Clue(NamedTuple):
         step: of an even rise, else ``None``.
         moves: whether it increases like an angle rather than staying near a level like a speed.
         period: after which it wraps, in its own unit, else ``None``.
+        begun: whether the file has more values.
     """
 
     signal: Signal
@@ -117,6 +118,7 @@ class Clue(NamedTuple):
     step: float | None
     moves: bool
     period: float | None
+    begun: bool = False
 
     @property
     def word(self) -> str:
@@ -185,7 +187,7 @@ def clues(source: Source) -> list[Clue]:
     most = min(ROWS, max(VALUES // len(numeric), 1000))
     loaded = source.load([each.name for each in numeric], most)
     found = (_clue(each, loaded[each.name]) for each in numeric)
-    return [each for each in found if each is not None]
+    return [each._replace(begun=len(loaded[each.signal.name]) >= most) for each in found if each is not None]
 
 
 def _clue(signal: Signal, values: np.ndarray) -> Clue | None:
@@ -416,7 +418,9 @@ def mesh_note(chosen: dict[str, Choice], bench: Bench) -> str:
     if len(chosen) < 2 or not chosen["drive"].turned:
         return ""
     turns = [abs(each.turned) / (2 * pi) for each in (chosen["drive"], chosen["loose"])]
-    text = f"the gears turn by {turns[0]:.6g} and {turns[1]:.6g} revolutions"
+    looked = chosen["drive"].clue
+    part = f" in the first {len(looked.values)} samples" if looked.begun else ""
+    text = f"the gears turn by {turns[0]:.6g} and {turns[1]:.6g} revolutions{part}"
     if bench.teeth is None:
         return f"{text}; give --rig to hold that against the teeth"
     drive, loose = bench.teeth

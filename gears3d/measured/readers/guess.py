@@ -59,6 +59,11 @@ MEANT = {
     "time were in ms and not in s": 1e-3,
     "time were in s and not in ms": 1e3,
 }
+# The same of signals that are speeds.
+MEANT_SPEED = {
+    "rpm were meant where it says rad/s": 30.0 / pi,
+    "rad/s were meant where it says rpm": pi / 30.0,
+}
 # Relative deviation of such a ratio: the speed of a run is rarely set better.
 CLOSE = 0.02
 
@@ -364,15 +369,18 @@ def _condition(chosen: dict[str, Choice], bench: Bench, clock: Clock) -> list[st
     if not drive.sure or not clock.sure:
         return []
     told, own = show(speed, "speed", 4), show(bench.mean, "speed", 4)
-    if speed > FASTEST or not 1.0 / RATIO < speed / abs(bench.mean) < RATIO:
-        meant = next((what for what, part in MEANT.items() if abs(speed / abs(bench.mean) / part - 1.0) < CLOSE), "")
+    ratio, is_speed = speed / abs(bench.mean), drive.clue.family == "speed"
+    units = MEANT_SPEED | MEANT if is_speed else MEANT
+    meant = next((what for what, part in units.items() if abs(ratio / part - 1.0) < CLOSE), "")
+    if speed > FASTEST or not 1.0 / RATIO < ratio < RATIO or meant in MEANT_SPEED:
         why = f"# NOT SURE: the drive would turn at {told}, the rig at {own}" + (f", as if {meant}" if meant else "")
         alone = in_mesh(chosen, bench) is False
         return [
             "",
             why + (", and the loose gear does not fit: it may be another rig, or no rig at all" if alone else ""),
         ]
-    why = f"# the drive turns at {told} and not at the rig's {own}"
+    part = f" in the first {len(drive.clue.values)} samples" if drive.clue.begun else ""
+    why = f"# the drive turns at {told}{part} and not at the rig's {own}"
     return ["", why, "[condition]", f'motion.mean = "{told}"']
 
 

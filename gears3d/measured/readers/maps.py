@@ -210,7 +210,9 @@ def _fault(error: Any, file: str) -> Fault:
         known = [field.alias or name for name, field in model.model_fields.items()] + (
             ["record"] if model is RecordMap else []
         )
-        return Fault(key, "is not a key of a map", did_you_mean(place[-1], known), file)
+        beside = decoder and place[-1] in GearMap.model_fields
+        remedy = f"it stands in [{table}], beside decode" if beside else did_you_mean(place[-1], known)
+        return Fault(key, "is not a key of a map", remedy, file)
     context = error.get("ctx", {})
     told = _MENDED.get(kind)
     if told is None:

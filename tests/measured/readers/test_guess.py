@@ -233,6 +233,25 @@ def test_a_speed_far_from_the_rigs_is_doubtful_and_no_condition(factor, meant, t
     assert ("as if " + meant in text) == bool(meant)
 
 
+@pytest.mark.parametrize(("unit", "factor"), [("rad/s", 30 / np.pi), ("rpm", 1.0)])
+def test_speeds_in_the_unit_that_a_file_does_not_state_are_doubtful(unit, factor, tmp_path, rig):
+    speeds = {name: factor * np.gradient(angle, TIME) for name, angle in (("n1", DRIVE), ("n2", LOOSE))}
+    columns = {"t [s]": TIME, **{f"{name} [{unit}]": speed for name, speed in speeds.items()}}
+    text, found = proposed(write(tmp_path / "run.csv", columns), rig)
+    assert not found.condition
+    assert "meant where it says " + unit in text
+
+
+def test_travels_of_part_of_a_record_are_stated_as_such(tmp_path, rig):
+    more = TIME[-1] + TIME[1] + np.arange(200_000) * TIME[1]
+    speed = (DRIVE[-1] - DRIVE[0]) / TIME[-1]
+    drive = np.concatenate([DRIVE, DRIVE[-1] + speed * (more - TIME[-1])])
+    columns = {"t [s]": np.concatenate([TIME, more]), "drive [rad]": drive, "loose [rad]": 2 / 3 * drive}
+    assert "revolutions in the first 200000 samples" in propose(write(tmp_path / "run.csv", columns), rig)
+    short = {name: values[:50_000] for name, values in columns.items()}
+    assert "samples" not in propose(write(tmp_path / "run.csv", short), rig)
+
+
 def test_a_time_that_does_not_change_is_doubtful(tmp_path, rig):
     path = write(tmp_path / "run.csv", {"t [s]": 0 * TIME, "drive [rad]": DRIVE, "loose [rad]": LOOSE})
     assert "NOT SURE: 't [s]' is called a time and does not change" in propose(path, rig)

@@ -172,6 +172,10 @@ def test_a_run_down_by_stamps_is_known_at_its_edges(tmp_path):
         ("", r"drive: neither drive nor loose gear has a channel .*it has: t, a"),
         ('[dirve]\nchannel="a"', r"dirve: is not a key of a map \(did you mean 'drive'"),
         ('[drive]\nchannel="a"\nunits="deg"', r"drive.units: is not a key of a map \(did you mean 'unit'"),
+        (
+            '[loose]\nchannel="a"\ndecode={kind="stamps", unit="s"}',
+            r"loose.decode.unit: is not a key of a map \(it stands in \[loose\], beside decode",
+        ),
         ('[drive]\nchannel="a"\nsign=2', r"drive.sign: is 2, not 1 or -1"),
         ('[drive]\nchannel="a"\nratio="1/0"', r"drive.ratio: is '1/0'"),
         ('[drive]\nchannel="a"\nratio=-2', r"drive.ratio: is -2, not positive"),
