@@ -108,8 +108,23 @@ def beyond(recording: Recording, scenario: Scenario) -> float:
     if "backlash_m" in recording.meta:
         place, width = recording.signals["displacement_m"], float(recording.meta["backlash_m"])
     else:
-        place, width = stated_displacement(recording, scenario), scenario.rig().backlash
+        rig = scenario.rig()
+        place, width = stated_displacement(recording, scenario), rig.backlash
+        place = place - rig.base_radius_loose * offset_of(recording, scenario)
     return max(float(np.quantile(np.maximum(-place, place - width), 0.999)), 0.0)
+
+
+def offset_of(recording: Recording, scenario: Scenario) -> float:
+    """Return the constant offset of the loose gear's angle, as of an encoder without a datum [rad], 0 without.
+
+    Gears that miss impacts move over more than the backlash; a datum displaces both ends alike, and one of several
+    backlashes is no compliance.
+    """
+    rig, ends = scenario.rig(), np.quantile(stated_displacement(recording, scenario), (0.001, 0.999))
+    way = max(-float(ends[0]), float(ends[1]) - rig.backlash)
+    if way < GONE * rig.backlash or float(np.ptp(ends)) - rig.backlash > 0.5 * way:
+        return 0.0
+    return 0.5 * (float(ends.sum()) - rig.backlash) / rig.base_radius_loose
 
 
 def impacts_of(recording: Recording) -> Impacts:
@@ -267,6 +282,8 @@ def validate_model(recording: Recording, scenario: Scenario | str | Path) -> Mod
     shown = any(one.model is not None and one.reference for one in findings)
     verdict = "different" if causes else "equal" if shown and explained else "undecided"
     sentence = _sentence(verdict, causes, findings, tested)
+    if "unexplained" in tested.meta and (offset := offset_of(tested, scenario)):
+        sentence += f"; the loose gear's angle has a constant offset of {offset:.3g} rad, which is left out"
     return ModelVerdict(verdict, tuple(causes), sentence, tuple(findings), tested, known)
 
 

@@ -69,6 +69,21 @@ def test_impacts_and_contacts_are_those_of_the_model():
     assert {int(flank) for flank, *_ in made.meta["contacts"]} == {0, 1}
 
 
+def test_a_datum_is_no_way_beyond_the_flanks():
+    sizes = {"stiffness": "1e6 N/m", "damping": "100 N s/m"}
+    rig = own_models.rig(SEED)
+    made = g3.simulate(rig.with_({"effect": [{"kind": "tooth_compliance", **sizes}]}), "rigid")
+    drive, loose = (made.signals[f"theta_{gear}_rad"] for gear in ("drive", "loose"))
+    found = [
+        g3.validate_model(g3.Recording.from_angles(made.time, drive, loose + offset, rig), rig) for offset in (0.0, 0.3)
+    ]
+    assert [one.causes for one in found] == [("step",), ("step",)]
+    ways = [next(each.model for each in one.findings if "beyond" in each.quantity) for one in found]
+    assert ways[1] == pytest.approx(ways[0], rel=0.1)
+    assert "constant offset of 0.3 rad" in found[1].sentence
+    assert "offset" not in found[0].sentence
+
+
 def test_angles_with_another_datum_give_the_same_verdict(scenario, right):
     time, place = right
     drive, known = own_models.drive(scenario, time)[0], scenario.rig()
