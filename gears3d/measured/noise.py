@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -662,6 +663,12 @@ def _floor(power: np.ndarray) -> np.ndarray:
     return median_filter(power, size=201, mode="reflect") / np.log(2.0)  # the median of an exponential distribution
 
 
+def _waves(pieces: list[tuple[np.ndarray, np.ndarray]], factor: int, orders: list[int]) -> Iterator[np.ndarray]:
+    """Yield cosine and sine of each order in each piece, as means and filter leave them, (2p, n)."""
+    for _, shown in pieces:
+        yield np.stack([_highpassed(_means(wave, factor)) for wave in harmonics(shown, orders).T])
+
+
 def _fitted(
     pieces: list[tuple[np.ndarray, np.ndarray]],
     factor: int,
@@ -674,19 +681,17 @@ def _fitted(
     """Return orders with amplitude and phase by least squares; waves pass the means and filter of the residuals."""
     if not orders:
         return ()
-    rows = np.stack(
-        [
-            np.concatenate([_highpassed(_means(wave, factor)) for wave in of_all])
-            for order in orders
-            for of_all in zip(*(harmonics(shown, [order]).T for _, shown in pieces), strict=True)
-        ]
-    )
-    inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
-    phasors, spread, made = phasors_of(inverse @ (rows @ rest)), deviations(inverse), []
+    normal, moment, first = np.zeros((2 * len(orders),) * 2), np.zeros(2 * len(orders)), 0
+    for waves in _waves(pieces, factor, orders):  # all orders in all pieces at once are larger than the record's part
+        normal += waves @ waves.T
+        moment += waves @ rest[first : first + waves.shape[1]]
+        first += waves.shape[1]
+    inverse = np.linalg.pinv(normal, hermitian=True)
+    phasors, spread, made = phasors_of(inverse @ moment), deviations(inverse), []
     strongest = float(np.max(np.abs(phasors)))
     for k, (order, chance) in enumerate(zip(orders, chances, strict=True)):
         sigma, size = float(spread[k] * np.sqrt(floor[order])), float(abs(phasors[k]))
         kept = size * order < STEEPEST and size > max(SURE * sigma, FAINT * strongest, least)
-        if kept and _repeats(rows[2 * k : 2 * k + 2], rest):
+        if kept and _repeats(np.concatenate([*_waves(pieces, factor, [order])], axis=1), rest):
             made.append(Periodic(order, size, sigma, float(np.angle(phasors[k])), min(chance, 1.0)))
     return tuple(made)

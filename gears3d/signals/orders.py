@@ -109,7 +109,12 @@ def sums(angle: Array, values: Array, highest: int, bins: int = 0) -> Array:
     """
     if bins:
         count = 1 << int(np.ceil(np.log2(bins * highest + bins)))
-        place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * count).astype(int) % count
+        turned = np.mod(angle, 2 * np.pi)
+        turned /= 2 * np.pi  # in place: of a long record each array is 8 MB
+        turned *= count
+        place = turned.astype(int)
+        del turned
+        place %= count
         return np.fft.rfft(np.bincount(place, values, minlength=count))[: highest + 1]
     turn, at, found = np.exp(-1j * angle), values.astype(complex), np.zeros(highest + 1, complex)
     for order in range(highest + 1):

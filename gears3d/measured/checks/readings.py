@@ -294,11 +294,12 @@ def _updates(view: View) -> np.ndarray | None:
     """
     moved = np.zeros(len(view.time), bool)
     for name, angle in view.angles.items():
-        change = np.diff(angle)
-        moves = np.abs(change[change != 0.0])
-        if not moves.size or np.median(moves) < HELD * (view.quanta[name] or 0.0):
+        own = np.flatnonzero(angle[1:] != angle[:-1]) + 1
+        if not own.size or 2 * own.size > len(moved):
             return None
-        moved[1:] |= change != 0.0
+        if np.median(np.abs(angle[own] - angle[own - 1])) < HELD * (view.quanta[name] or 0.0):
+            return None
+        moved[own] = True
     rows = np.flatnonzero(moved)
     if len(rows) < 2 * (AROUND + 2) or 2 * len(rows) > len(moved):
         return None

@@ -256,8 +256,12 @@ def _floored(one: Reading, other: Reading, radii: tuple[float, float]) -> tuple[
 
     Readings without noise would test rigid flanks with some orders, and nearly constant drag, to a picometre.
     """
-    some = other.time[:: max(len(other.time) // STRETCH, 1)]
-    place = radii[1] * np.interp(some, other.time, other.shown) - radii[0] * np.interp(some, one.time, one.shown)
+    every = max(len(other.time) // STRETCH, 1)
+    some = other.time[::every]
+    after = np.clip(np.searchsorted(one.time, some), 1, len(one.time) - 1)  # np.interp copies what may not be written
+    share = np.clip((some - one.time[after - 1]) / (one.time[after] - one.time[after - 1]), 0.0, 1.0)
+    drive = one.shown[after - 1] + share * (one.shown[after] - one.shown[after - 1])
+    place = radii[1] * other.shown[::every] - radii[0] * drive
     at = some - some.mean()
     place = place - place.mean() - at * float(at @ place) / max(float(at @ at), 1e-300)
     least = DESCRIBED * float(np.ptp(place))
