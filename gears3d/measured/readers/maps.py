@@ -211,7 +211,7 @@ def _fault(error: Any, file: str) -> Fault:
             ["record"] if model is RecordMap else []
         )
         beside = decoder and place[-1] in GearMap.model_fields
-        remedy = f"it stands in [{table}], beside decode" if beside else did_you_mean(place[-1], known)
+        remedy = f"it stands in [{table}], next to decode" if beside else did_you_mean(place[-1], known)
         return Fault(key, "is not a key of a map", remedy, file)
     context = error.get("ctx", {})
     told = _MENDED.get(kind)

@@ -174,7 +174,7 @@ def test_a_run_down_by_stamps_is_known_at_its_edges(tmp_path):
         ('[drive]\nchannel="a"\nunits="deg"', r"drive.units: is not a key of a map \(did you mean 'unit'"),
         (
             '[loose]\nchannel="a"\ndecode={kind="stamps", unit="s"}',
-            r"loose.decode.unit: is not a key of a map \(it stands in \[loose\], beside decode",
+            r"loose.decode.unit: is not a key of a map \(it stands in \[loose\], next to decode",
         ),
         ('[drive]\nchannel="a"\nsign=2', r"drive.sign: is 2, not 1 or -1"),
         ('[drive]\nchannel="a"\nratio="1/0"', r"drive.ratio: is '1/0'"),
