@@ -394,10 +394,10 @@ def _added(
             for start in (first, root) if now.causes else (first,):  # a law may do what several causes stood in for
                 for one in _at_sizes(few, known, first, start, least):
                     restore(few, one)
-                    tries.append(polished(few, scanned(few, polished(few, one))))
+                    tries.append(polished(few, scanned(few, polished(few, one)), anew=True))
         for one in _scattered(few, known, first, enough):
             restore(few, one)
-            tries.append(polished(few, one))
+            tries.append(polished(few, one, anew=True))
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
         best = _simplest(windows, now, [one for one in tries if _taken(windows, base, now, one)])
@@ -441,7 +441,7 @@ def _exchanged(
                 least, tries = _least(few, gain, first.rest), _tries(windows, few, known, first, found, k)
                 for one in _scattered(few, known, plain, LIKE * gain):
                     restore(few, one)
-                    tries.append(polished(few, one))
+                    tries.append(polished(few, one, anew=True))
                 for one in tries:
                     if (rival := _rival(few, one, first, least)).excluded:
                         more = len(windows) / len(few)
@@ -578,7 +578,7 @@ def _pruned(windows: Windows, base: State, now: State) -> State:
             k += 1
             continue
         restore(windows, now)
-        less = polished(windows, fitted(windows, _without(now, k)))
+        less = polished(windows, fitted(windows, _without(now, k)), anew=True)
         if _taken(windows, base, less, now._replace(causes=(*less.causes, now.causes[k]))):
             k += 1
         else:
@@ -592,7 +592,7 @@ def _needed(windows: Windows, base: State, now: State, k: int) -> bool:
     few, mine, first = _sampled(windows, now)
     if few is windows:
         return False
-    less = polished(few, fitted(few, _without(first, k)))
+    less = polished(few, fitted(few, _without(first, k)), anew=True)
     return _taken(few, _part(few, mine, base), less, first._replace(causes=(*less.causes, now.causes[k])))
 
 
@@ -661,7 +661,7 @@ def _tries(
         restore(few, one)
         started = rezeroed(few, one) if place is None else one
         restore(few, started)
-        made.append(_lean(few, polished(few, scanned(few, polished(few, started)))))
+        made.append(_lean(few, polished(few, scanned(few, polished(few, started)), anew=True)))
     return made
 
 
