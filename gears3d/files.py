@@ -57,7 +57,13 @@ def temporary(parent: str | Path, prefix: str = HIDDEN) -> Iterator[Path]:
 
 
 def _remove(folder: Path, held: IO[str]) -> None:
-    """Remove a folder, the lock last: what an interrupt leaves of it is recognised as a dead process's."""
+    """Restore what was moved out and not replaced, and remove a folder, its lock last.
+
+    The folder of an interrupted removal still has its lock, by which the next process recognises it.
+    """
+    for before in (folder / _BEFORE).glob("*"):
+        if not (folder.parent / before.name).exists():
+            before.rename(folder.parent / before.name)
     for part in (_NEW, _BEFORE):
         shutil.rmtree(folder / part, ignore_errors=True)
     held.close()  # Windows cannot delete an open file
@@ -103,9 +109,6 @@ def _clear(parent: Path, prefix: str) -> None:
                     continue
                 with (folder / _LOCK).open("r+") as held:
                     lock(held)
-                    for before in (folder / _BEFORE).glob("*"):
-                        if not (parent / before.name).exists():
-                            before.rename(parent / before.name)
                     _remove(folder, held)
 
 
@@ -167,18 +170,13 @@ def exchange(new: Path, place: Path, folder: Path) -> None:
         folder: from :func:`temporary`, in the same parent as the destination.
 
     Raises:
-        OSError: a move failed; the existing file or folder is unchanged.
+        OSError: a move failed; the existing file or folder is restored with the end of :func:`temporary`.
     """
     before = folder.parent / _BEFORE / place.name
     before.parent.mkdir(exist_ok=True)
-    try:
-        if place.exists():
-            place.rename(before)
-        new.rename(place)
-    except BaseException:  # an interrupt between the two moves as well
-        if before.exists() and not place.exists():
-            before.rename(place)
-        raise
+    if place.exists():
+        place.rename(before)
+    new.rename(place)
 
 
 @contextmanager
