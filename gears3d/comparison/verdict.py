@@ -117,8 +117,8 @@ def beyond(recording: Recording, scenario: Scenario) -> float:
 def offset_of(recording: Recording, scenario: Scenario) -> float:
     """Return the constant offset of the loose gear's angle, as of an encoder without a datum [rad], 0 without.
 
-    Gears that miss impacts move over more than the backlash; a datum displaces both ends equally, and one of several
-    backlashes is no compliance.
+    Gears that miss impacts move over more than the backlash; a datum displaces both ends equally, and compliant teeth
+    yield by less than several backlashes.
     """
     rig, ends = scenario.rig(), np.quantile(stated_displacement(recording, scenario), (0.001, 0.999))
     way = max(-float(ends[0]), float(ends[1]) - rig.backlash)

@@ -398,15 +398,15 @@ def _by_record(windows: Windows, rest: Array) -> Array:
     return np.array([np.median(one) if len(one) else 0.0 for one in own])
 
 
-def polished(windows: Windows, now: State, *, anew: bool = False) -> State:
+def polished(windows: Windows, now: State, *, thorough: bool = False) -> State:
     """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less.
 
-    anew: whether several starts of each window are fitted before they are compared.
+    thorough: whether several starts of each window are fitted before they are compared.
     """
     now = _polished(windows, now)
     effects, before = effects_of(now.causes), now.rest
     rest = followed(windows, effects, before)
-    rest = refined(windows, effects, rest) if anew else rest
+    rest = refined(windows, effects, rest) if thorough else rest
     if np.any(rest != before):
         now = fitted(windows, now._replace(rest=rest))
     return _driven(windows, now)

@@ -151,7 +151,7 @@ def path_search(
     """
     if len(windows) < SCORED // 4:
         return None
-    base = polished(windows, _opened(windows), anew=True)
+    base = polished(windows, _opened(windows), thorough=True)
     found = _searched(windows, known, base, lambda part: told(0.5 * part))
     base, found = _recoloured(windows, known, base, found)
     found, less, instead = _exchanged(windows, known, base, found, lambda part: told(0.5 + 0.5 * part))
@@ -309,7 +309,7 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
 def _recoloured(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> tuple[State, State]:
     """Return the states without and with causes where restitution that scatters does not stand for 1/f noise.
 
-    Kicks of impacts explain it as well. It is taken from what is left without them, then from what is left in all.
+    Kicks of impacts explain it as well. It is estimated from the residuals without them, then from those of all causes.
     """
     for kicked in (False, True):
         if not any(one.candidate.kind == SCATTER for one in found.causes):
@@ -320,10 +320,10 @@ def _recoloured(windows: Windows, known: Sequence[Candidate], base: State, found
         less = polished(windows, fitted(windows, state_of(windows, causes, rest)))
         if not windows.coloured(effects_of(less.causes)):
             break
-        base = polished(windows, _opened(windows), anew=True)
+        base = polished(windows, _opened(windows), thorough=True)
         restore(windows, found)
         rest = windows.residuals(effects_of(found.causes))
-        found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)), anew=True)
+        found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)), thorough=True)
         found = _added(windows, known, base, _pruned(windows, base, found), lambda part: None)
     return base, found
 
@@ -394,10 +394,10 @@ def _added(
             for start in (first, root) if now.causes else (first,):  # a law may do what several causes stood in for
                 for one in _at_sizes(few, known, first, start, least):
                     restore(few, one)
-                    tries.append(polished(few, scanned(few, polished(few, one)), anew=True))
+                    tries.append(polished(few, scanned(few, polished(few, one)), thorough=True))
         for one in _scattered(few, known, first, enough):
             restore(few, one)
-            tries.append(polished(few, one, anew=True))
+            tries.append(polished(few, one, thorough=True))
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
         best = _simplest(windows, now, [one for one in tries if _taken(windows, base, now, one)])
@@ -432,7 +432,7 @@ def _exchanged(
         for k, cause in enumerate(found.causes):
             told((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
             restore(windows, found)
-            less.append(polished(windows, fitted(windows, _without(found, k)), anew=True))
+            less.append(polished(windows, fitted(windows, _without(found, k)), thorough=True))
             own, excluded = [], []
             if cause.candidate.kind not in (*LAWS, SCATTER):
                 few, mine, first = _sampled(windows, found)
@@ -441,7 +441,7 @@ def _exchanged(
                 least, tries = _least(few, gain, first.rest), _tries(windows, few, known, first, found, k)
                 for one in _scattered(few, known, plain, LIKE * gain):
                     restore(few, one)
-                    tries.append(polished(few, one, anew=True))
+                    tries.append(polished(few, one, thorough=True))
                 for one in tries:
                     if (rival := _rival(few, one, first, least)).excluded:
                         more = len(windows) / len(few)
@@ -578,7 +578,7 @@ def _pruned(windows: Windows, base: State, now: State) -> State:
             k += 1
             continue
         restore(windows, now)
-        less = polished(windows, fitted(windows, _without(now, k)), anew=True)
+        less = polished(windows, fitted(windows, _without(now, k)), thorough=True)
         if _taken(windows, base, less, now._replace(causes=(*less.causes, now.causes[k]))):
             k += 1
         else:
@@ -592,7 +592,7 @@ def _needed(windows: Windows, base: State, now: State, k: int) -> bool:
     few, mine, first = _sampled(windows, now)
     if few is windows:
         return False
-    less = polished(few, fitted(few, _without(first, k)), anew=True)
+    less = polished(few, fitted(few, _without(first, k)), thorough=True)
     return _taken(few, _part(few, mine, base), less, first._replace(causes=(*less.causes, now.causes[k])))
 
 
@@ -630,7 +630,7 @@ def _whole(windows: Windows, now: State, few: Windows, one: State) -> State:
     windows.starts = now.starts.put(few.picked, one.starts)
     effects = effects_of(one.causes)
     windows.restart(effects)
-    return polished(windows, fitted(windows, state_of(windows, one.causes, windows.residuals(effects))), anew=True)
+    return polished(windows, fitted(windows, state_of(windows, one.causes, windows.residuals(effects))), thorough=True)
 
 
 def _not_excluded(windows: Windows, now: State, tries: Sequence[State]) -> tuple[State, list[State]]:
@@ -661,7 +661,7 @@ def _tries(
         restore(few, one)
         started = rezeroed(few, one) if place is None else one
         restore(few, started)
-        made.append(_lean(few, polished(few, scanned(few, polished(few, started)), anew=True)))
+        made.append(_lean(few, polished(few, scanned(few, polished(few, started)), thorough=True)))
     return made
 
 

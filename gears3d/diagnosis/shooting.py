@@ -53,7 +53,7 @@ COLOURED = 0.3
 """Part of the noise of a mean that the root of 1/f noise per unit of ln f must come to, for readings to be made white:
 motion alone gave up to 0.26 in six records with 0.3 % white noise."""
 COLOURS = tuple(0.3 * 2.0 ** (0.5 * k) for k in range(-1, 9))
-"""The same part, as residuals are asked for it where a record does not tell its 1/f noise."""
+"""The same part as it is tried on residuals where 1/f noise cannot be estimated from a record."""
 RUN = 16
 """Means of readings over which residuals may keep their sign: half a flight."""
 BETTER = 0.98
@@ -266,7 +266,7 @@ class Windows:
         return roots_of(time[None], np.ones((1, len(time))), slow, self.lasts[k])[0]
 
     def coloured(self, effects: Sequence[Any]) -> bool:
-        """Take the 1/f noise of records that do not tell it from what a fit with effects leaves of the quieter windows.
+        """Estimate 1/f noise that a record does not show from the residuals of its quieter windows with effects.
 
         Returns whether that changed anything.
         """
