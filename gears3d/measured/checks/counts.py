@@ -8,7 +8,7 @@ import numpy as np
 
 from gears3d.measured.checks.columns import EVEN
 from gears3d.measured.checks.view import Finding, View, when
-from gears3d.signals import some_steps
+from gears3d.signals import noise_of, some_steps
 
 # Relative deviation of counts found from the declared ones, at most.
 CLOSE = 1e-3
@@ -16,6 +16,8 @@ CLOSE = 1e-3
 ALIKE = 0.1
 # Part of the backlash: records with more noise were never segmented.
 NOISY = 0.06
+# Rows in which the noise of the displacement is measured.
+FIRST = 1 << 18
 # Noise in counts that may be due to rounding alone.
 ROUNDING = 0.65
 TIMES = (2.0, 4.0, 8.0, 0.5, 0.25, 0.125)
@@ -104,6 +106,11 @@ def _noise(view: View) -> list[Finding]:
     noise = {name: view.noise[name] for name in view.angles}
     beyond = [one if one > ROUNDING * (view.quanta[name] or 0.0) else 0.0 for name, one in noise.items()]
     length = float(np.hypot(beyond[0] * declared.radii[0], beyond[1] * declared.radii[1]))
+    if length >= NOISY * declared.backlash:  # jitter of a clock that both encoders share is not in their difference
+        drive, loose = (radius * view.angles[f"theta_{name}_rad"][:FIRST]
+                        for name, radius in zip(("drive", "loose"), declared.radii, strict=True))  # fmt: skip
+        way = np.sign((drive[-1] - drive[0]) * (loose[-1] - loose[0]))
+        length = min(length, noise_of(view.time[:FIRST], loose - way * drive, clip=4.0))
     if length < NOISY * declared.backlash:
         return []
     told = f"noise of the readings is {1e6 * length:.3g} um along the line of action, "

@@ -22,8 +22,6 @@ SHARE = 0.005
 FEW = 10
 # Counts by which a held reading changes at once; a gear slow enough to repeat a reading changes by one or two.
 STEP = 2.5
-# Part of the rows that repeat a reading from which on a channel is held all along; at every second row it is half.
-THROUGHOUT = 0.4
 # Longest hold over that of nearly all others, or, where updates come at random, the exponent of the probability
 # 1 - e^-7 that the longest of their number is shorter.
 LONGER, RARE = 3.0, 7.0
@@ -172,7 +170,7 @@ def _frozen(view: View, name: str, still: np.ndarray) -> list[Finding]:
     if not len(lasts):
         return []
     usual, hold = 0.0, _runs(view.angles[name], still, view.quanta[name] or 0.0)
-    if len(hold.first) >= FEW and hold.lasts.sum() > THROUGHOUT * len(view.time):
+    if len(hold.first) >= FEW:
         middle, long = (float(one) for one in np.quantile(hold.lasts, [0.5, 0.95]))  # ln 10 apart if at random
         usual = max(LONGER * long, middle + (long - middle) * (np.log(len(hold.lasts)) + RARE) / np.log(10.0))
     reach = BANDS * view.declared.backlash + 10.0 * (own * view.noise[other] + far * view.noise[name])

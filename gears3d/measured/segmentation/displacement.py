@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,12 +13,15 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.drive_motion import Steady, motion_of, steady
 from gears3d.measured.encoder import FEWEST, Reading, model_noise, read_encoder, stuck, usual
 from gears3d.measured.noise import NOT_KNOWN, NoiseModel, combined
-from gears3d.signals import noise_of, some_steps
+from gears3d.signals import noise_of, robust_deviation, some_steps
 
 # Longest block [s]: within it the drive's acceleration bends the path by less than 1 µm.
 LONGEST = 1e-3
 # Deviation, in noise, of means of the drive's readings from a smooth curve that replaces them.
 FOLLOWS = 2.0
+# Readings in means over which noise that both encoders share must fall as well when it is removed, and by how much it
+# must fall in single readings: less is not worth the drive's own noise.
+SLOWER, SHARED = 32, 0.8
 # Readings processed at a time.
 AT_ONCE = 1 << 18
 # Readings up to which the drive's angle is computed once and cached.
@@ -225,14 +228,17 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
     one, first = model_noise(one)
     motion = motion_of(one)
     order = motion.harmonics[0].order if motion.harmonics else 0.0
+    one, other = _floored(one, other, radii)
+    curve = steady(one, motion)
+    follows = curve.rest < FOLLOWS
+    if follows:
+        first, other = _without_shared_noise(one, other, curve, first)
     other, second = model_noise(other, order * radii[1] / radii[0])
     one, other = _floored(one, other, radii)
     inside: slice | np.ndarray = slice(None)  # a long record is not copied for nothing
     if other.time[0] < one.time[0] or other.time[-1] > one.time[-1]:
         inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
     at, shown, sigma = other.time[inside], other.shown[inside], other.sigma[inside]
-    curve = steady(one, motion)
-    follows = curve.rest < FOLLOWS
     theirs = curve.sigma if follows else usual(one.sigma)
     noise = float(np.hypot(radii[1] * usual(sigma), radii[0] * theirs))
     slack = (0.0 if follows else radii[0] * stuck(one)) + radii[1] * stuck(other)
@@ -248,6 +254,47 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
         (one, other),
         float(np.median(some_steps(time))),
         (first, second),
+    )
+
+
+def _without_shared_noise(one: Reading, other: Reading, curve: Steady, model: NoiseModel) -> tuple[NoiseModel, Reading]:
+    """Return the noise of the drive's encoder and the loose gear's readings without the noise that both share.
+
+    Jitter of a sampling clock common to both encoders turns both angles too far at the same time: the difference of
+    their readings does not show it, that of the loose gear's readings and a smooth drive motion does. By how much the
+    loose gear's readings follow the drive's is the regression of their third differences, which vanish for the motion.
+    """
+    if "edges" in (one.kind, other.kind):
+        return model, other
+    rows: slice | np.ndarray = slice(None)
+    own: slice | np.ndarray = slice(None)
+    if len(one.time) != len(other.time) or not np.array_equal(one.time, other.time):
+        _, rows, own = np.intersect1d(one.time, other.time, assume_unique=True, return_indices=True)
+    time, ours, theirs = other.time[own], one.shown[rows], other.shown[own]  # of a long record, no copies
+    if len(time) < SLOWER * FEWEST:
+        return model, other
+    some = slice(max((len(time) - AT_ONCE) // 2, 0), (len(time) + AT_ONCE) // 2)
+    off = ours[some] + one.lift - curve.curve(time[some])
+    bent, bends = np.diff(off, 3), np.diff(theirs[some], 3)
+    calm = np.abs(bends) <= 4.0 * robust_deviation(bends)  # impacts bend the motion
+    gain = float(bent[calm] @ bends[calm]) / max(float(bent[calm] @ bent[calm]), 1e-300)
+    falls = [
+        _noise_in_means(time[some], theirs[some] - gain * off, size)
+        / max(_noise_in_means(time[some], theirs[some], size), 1e-300)
+        for size in (1, SLOWER)
+    ]
+    if falls[0] > SHARED or falls[1] > 1.0:
+        return model, other
+    less = theirs - gain * (ours + one.lift - curve.curve(time))
+    least = 0.0 if other.quantum is None else other.quantum / np.sqrt(12.0)
+    sigma = np.broadcast_to(max(falls[0] * usual(other.sigma), least), len(time))
+    return replace(model, white=falls[0] * model.white), other._replace(time=time, shown=less, sigma=sigma)
+
+
+def _noise_in_means(time: np.ndarray, values: np.ndarray, size: int) -> float:
+    """Return the noise of means over so many values each."""
+    return noise_of(
+        *(each[: len(each) // size * size].reshape(-1, size).mean(axis=1) for each in (time, values)), clip=4.0
     )
 
 

@@ -110,6 +110,18 @@ def test_updates_between_which_fast_gears_turn_by_backlashes_are_held_not_frozen
     assert ("frozen", LOOSE) in [(one.kind, one.channel) for one in examine(channels(bad), rig.scenario)]
 
 
+@pytest.mark.parametrize("share", [0.01, 0.2])
+def test_single_readings_that_repeat_at_random_are_held_not_frozen(share):
+    rig = turned("nothing", revolutions=20, patterns=0.0)
+    bad = {name: np.array(column) for name, column in rig.columns.items()}
+    fresh = np.random.default_rng(8).uniform(size=len(bad[LOOSE])) > share
+    fresh[0] = True
+    bad[LOOSE] = bad[LOOSE][np.maximum.accumulate(np.where(fresh, np.arange(len(fresh)), 0))]
+    found = examine(channels(bad), rig.scenario)
+    assert [one.channel for one in found if one.kind == "held"] == [LOOSE]
+    assert {one.kind for one in found if one.fatal} == set()
+
+
 @pytest.mark.parametrize("every", [5, 20])
 def test_held_counts_stay_counts_when_they_are_interpolated(every):
     rig, columns = rattling(noise=1e-4, counts=1_600_000)

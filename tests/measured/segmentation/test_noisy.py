@@ -48,6 +48,25 @@ def test_light_flicker_is_no_reason_to_refuse_and_widens_intervals(restitution, 
     assert 1.4826 * np.median(np.abs(told["vpulls"])) < 2.0
 
 
+@pytest.mark.parametrize("own", [1e-6, 1e-5])
+def test_jitter_of_a_clock_that_both_encoders_share_is_no_noise_of_the_displacement(own):
+    """A gear that turns fast moves by much of the backlash within it; readings of the drive show it as well."""
+    scenario, truth = happened(0.5)
+    rng, count = np.random.default_rng(73), len(truth.time)
+    fast = 500.0 * truth.time  # both gears turn by more without another path, as ideal gears do
+    radii = scenario.rig().base_radius_drive, scenario.rig().base_radius_loose
+    late, columns = rng.normal(0.0, 4e-7, count), {"time_s": truth.time}
+    for name, ratio in (("drive", 1.0), ("loose", radii[0] / radii[1])):
+        angle = truth.signals[f"theta_{name}_rad"] + ratio * fast
+        columns[f"theta_{name}_rad"] = angle + late * np.gradient(angle, truth.time) + rng.normal(0.0, own, count)
+    found = measure(Recording(columns), scenario)
+    shared = 4e-7 * 500.0 * radii[0]
+    least = own * radii[1]  # the drive's own noise is averaged out unless it tells the jitter
+    assert found.summary["quality"]["noise_m"] < min(1.5 * np.sqrt(2.0) * least + 0.02 * shared, 0.5 * shared)
+    told = judged(truth, found.segments, 30.0 * found.segments.flanks.rough)
+    assert told["found"] >= 0.95 * told["high"] >= 25
+
+
 @pytest.mark.parametrize("share", [0.001, 0.01])
 def test_interpolation_errors_are_corrected(share):
     scenario, truth = happened(0.7, 60e-6)
