@@ -25,22 +25,35 @@ def gears3d(capsys):
     return run
 
 
+# The scenario states another rate than the record has.
+RATE = "sensors.sample_rate"
+AS_RECORDED = ("--set", f"{RATE}=10 kHz")
+
+
 @pytest.fixture(scope="module")
 def record(tmp_path_factory):
     file = tmp_path_factory.mktemp("inspected") / "rattle.csv"
-    synthesize(load(RIG, {"run.duration": "1 s", "sensors.sample_rate": "10 kHz"})).write(file)
+    synthesize(load(RIG, {"run.duration": "1 s", RATE: "10 kHz"})).write(file)
     return file
 
 
 def test_findings_of_each_record_are_printed(gears3d, record):
-    code, out, err = gears3d("inspect", record, "--rig", RIG)
+    code, out, err = gears3d("inspect", record, "--rig", RIG, *AS_RECORDED)
     assert code == 0
     assert f"{record}: 10001 samples, 0 to 1 s: theta_drive_rad, theta_loose_rad" in out
     assert "sensors: no findings" in err
-    (found,) = json.loads(gears3d("inspect", record, "--rig", RIG, "--json")[1])
+    (found,) = json.loads(gears3d("inspect", record, "--rig", RIG, *AS_RECORDED, "--json")[1])
     assert (found["file"], found["samples"], found["findings"]) == (str(record), 10001, [])
     assert gears3d("inspect")[0] == 2
     assert gears3d("inspect", record, "--out", "map.toml")[0] == 2
+
+
+def test_a_time_of_another_rate_than_the_rig_states_is_an_error_with_one_override(gears3d, record):
+    code, _, err = gears3d("segment", record, "--rig", RIG)
+    assert code == 3
+    assert "its steps of 0.0001 s make 10000 Hz, the rig declares a sampling rate of 50000 Hz [sample-rate]" in err
+    assert "--set 'sensors.sample_rate=10000 Hz'" in err
+    assert gears3d("segment", record, "--rig", RIG, "--set", "sensors.sample_rate=10000 Hz")[0] == 0
 
 
 def test_a_record_is_read_from_stdin_as_from_its_file(gears3d, record, monkeypatch):
@@ -51,7 +64,8 @@ def test_a_record_is_read_from_stdin_as_from_its_file(gears3d, record, monkeypat
 
 
 def test_set_changes_the_rig_of_records(gears3d, record, tmp_path):
-    code, _, _ = gears3d("segment", record, "--rig", RIG, "--set", "title=changed", "--out", tmp_path / "made")
+    changed = ("--set", "title=changed", *AS_RECORDED)
+    code, _, _ = gears3d("segment", record, "--rig", RIG, *changed, "--out", tmp_path / "made")
     assert code == 0
     assert read(tmp_path / "made").meta["title"] == "changed"
     code, _, err = gears3d("segment", record, "--rig", RIG, "--set", "drag.torque=0.1 N")

@@ -155,10 +155,11 @@ def test_what_tells_no_threshold_is_refused():
 
 def test_the_bench_sweeps_and_the_command_answers(tmp_path, capsys):
     file, picture = tmp_path / "sweep.parquet", tmp_path / "threshold.png"
-    words = ["--set", "run.duration=20 s", "--set", "sensors.sample_rate=10 kHz", "--amplitudes", "0.9 rpm..2.4 rpm"]
+    rate = ["--set", "sensors.sample_rate=10 kHz"]
+    words = ["--set", "run.duration=20 s", *rate, "--amplitudes", "0.9 rpm..2.4 rpm"]
     for arguments in (
         ["synthesize", BENCH, "--test", "threshold", *words, "--out", str(file)],
-        ["identify", "threshold", str(file), "--rig", BENCH, "--json", "--out", str(picture)],
+        ["identify", "threshold", str(file), "--rig", BENCH, *rate, "--json", "--out", str(picture)],
     ):
         capsys.readouterr()
         with pytest.raises(SystemExit) as stop:

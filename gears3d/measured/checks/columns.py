@@ -443,7 +443,7 @@ def examine_unit(view: View) -> list[Finding]:
     """Find time in another unit than seconds, or counted in rows.
 
     The step must fit the declared sample rate and, where the mean speed is declared, the speed that follows, too: a
-    factor that only one of them shows does not suffice.
+    factor that only one of them shows does not suffice. Even times of another rate than declared contradict it.
     """
     rate, step, stated = view.declared.sample_rate, view.spacing, view.declared.stated_rate
     if rate and stated and abs(stated / rate - 1.0) > CONTRADICTS:
@@ -458,7 +458,19 @@ def examine_unit(view: View) -> list[Finding]:
         told = f"the sampling interval is {step:.6g}, at {rate:.6g} Hz it is {1.0 / rate:.6g} s: time is in {what}"
         remedy = "or give sensors.sample_rate if this sampling interval is right"
         return [Finding("time-unit", "time_s", factor, "1", told, remedy, True, True)]
-    return _by_motion(view)
+    return _by_motion(view) or _other_rate(view, rate)
+
+
+def _other_rate(view: View, rate: float) -> list[Finding]:
+    """Find an even time of another sampling rate than declared [Hz]; times of edges follow the speed and have none."""
+    step, steps = view.spacing, some_steps(view.time)
+    if abs(step * rate - 1.0) <= CONTRADICTS or np.mean(np.abs(steps - step) < 0.4 * step) < EVEN:
+        return []
+    own = 1.0 / step
+    told = f"its steps of {step:.6g} s make {own:.6g} Hz, the rig declares a sampling rate of {rate:.6g} Hz"
+    remedy = f"--set 'sensors.sample_rate={own:.6g} Hz' (or the same below [condition]) if the times are right, else "
+    remedy += "correct unit or sample_rate below [time] of a record.toml"
+    return [Finding("sample-rate", "time_s", own / rate, "1", told, remedy, True)]
 
 
 def correct_unit(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:

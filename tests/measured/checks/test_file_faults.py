@@ -1,5 +1,7 @@
 """Faults of the file: each found with its size, and undone where that is asked for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pyarrow.parquet
 import pytest
@@ -213,9 +215,28 @@ def test_time_in_another_unit_shows_in_the_motion(factor, every):
 
 def test_a_speed_that_no_unit_explains_is_an_error():
     record = rattling()
-    one = examine(channels(faults.scaled(record[1], time_s=37.0)), record[0], stated_motion=True)[-1]
+    rig = record[0].with_({"sensors.sample_rate": f"{50_000 / 37!r} Hz"})
+    one = examine(channels(faults.scaled(record[1], time_s=37.0)), rig, stated_motion=True)[-1]
     assert (one.kind, one.fatal, one.correctable) == ("time-unit", True, False)
     assert "neither the unit of the time nor that of the angles" in one.evidence
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.05, False), (1.25, True), (0.8, True), (4.0, True)])
+def test_times_of_another_rate_than_the_rig_states_are_an_error(factor, told):
+    record = rattling()
+    bad = channels(faults.scaled(record[1], time_s=1.0 / factor))
+    found = [one for one in examine(bad, record[0]) if one.kind == "sample-rate"]
+    assert [one.size for one in found] == ([pytest.approx(factor)] if told else [])
+    assert all(one.fatal and not one.correctable for one in found)
+    own = record[0].with_({"sensors.sample_rate": f"{50e3 * factor!r} Hz"})
+    assert not [one for one in examine(bad, own) if one.kind == "sample-rate"]
+
+
+def test_a_rate_that_the_rig_does_not_state_contradicts_no_times(record):
+    rig = record[0]
+    silent = replace(rig, sensors=replace(rig.sensors, stated=False))
+    bad = channels(faults.scaled(record[1], time_s=0.8))
+    assert not [one for one in examine(bad, silent) if one.kind == "sample-rate"]
 
 
 def test_an_angle_that_wraps_is_no_slow_drive():
@@ -312,7 +333,7 @@ def test_one_angle_is_enough_where_nothing_meshes(tmp_path):
     time = np.linspace(0.0, 4.0, 4001)
     columns = {"time_s": time, LOOSE: 8.0 * time - time**2, DRIVE: 0.0 * time}
     assert examine(Channels({k: columns[k] for k in ("time_s", LOOSE)}), None, needs=(LOOSE,)) == ()
-    assert examine(Channels(columns), rattling()[0], needs=(LOOSE,)) == ()
+    assert examine(Channels(columns), rattling()[0].with_({"sensors.sample_rate": "1 kHz"}), needs=(LOOSE,)) == ()
     assert examine(Channels({"time_s": time, "omega_rad_s": time}), None, needs=((LOOSE, "omega_rad_s"),)) == ()
     assert [one.kind for one in examine(Channels({"time_s": time}), None, needs=((LOOSE, "omega_rad_s"),))] == [
         "missing"

@@ -52,8 +52,8 @@ def test_speeds_in_radians_are_silent():
     ("factor", "kinds"), [(RPM, ["speed-unit"]), (180 / np.pi, ["speed-unit"]), (1.0, []), (1.3, [])]
 )
 def test_a_run_down_of_speeds_is_held_against_the_mean_speed(factor, kinds):
-    scenario = load(RIGAUD)
-    time = np.linspace(0.0, 2.0, 5000)
+    time = np.linspace(0.0, 2.0, 5001)
+    scenario = load(RIGAUD, {"sensors.sample_rate": "2500 Hz"})
     speed = scenario.motion.mean * (1.0 - 0.3 * time)
     rows = Channels({"time_s": time, "omega_rad_s": factor * speed})
     found = examine(rows, scenario, needs=(("omega_rad_s",),), stated_motion=True)
