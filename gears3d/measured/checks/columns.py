@@ -147,6 +147,7 @@ REMEDIES = {
     "illegal-transitions": "sample faster, or check thresholds and cables",
     "lost-counts": "check thresholds and cables: counts between index marks differ",
     "lost-pulses": "check the threshold of the tacho",
+    "repeated-stamps": "debounce the input, or check the logger",
     "large-steps": "sample faster, or use a counter with more bits",
     "drift": "record an angle: an integrated speed drifts",
 }

@@ -26,6 +26,9 @@ from gears3d.signals import noise_of
 STALE = 0.9
 
 Axis = Literal["loose", "drive", "union", "counters"]
+# Ticks between an edge and its neighbours from which on a second stamp at its time is the same edge: edges that come
+# faster than one a tick have neighbours no further than two ticks away.
+RESOLVED = 4.0
 # Ratio of a pulse spacing to its neighbours from which teeth are missing.
 GAP = 1.5
 
@@ -54,7 +57,7 @@ def stamped(
     bits: int | None = None,
     direction: np.ndarray | None = None,
 ) -> Edges:
-    """Return the edges of an encoder from the times at which they happened.
+    """Return the edges of an encoder from the times at which they happened, each once.
 
     Args:
         stamps: of the edges [s], or ticks of a clock, (k,); empty rows at the end, where the other gear has more, are
@@ -64,7 +67,8 @@ def stamped(
         clock: frequency of the clock [Hz] when the stamps are its ticks.
         bits: of the timer, when it wraps; needs ``clock``. It must not go unstamped for a whole round of the timer:
             that leaves no trace.
-        direction: sense of each edge, positive or negative, (k,); all positive when not given.
+        direction: sense of each edge, positive or negative, (k,); all positive when not given. Without it edges with
+            exactly the same stamp are one edge, unless the stamps are too coarse to tell.
 
     Raises:
         InputError: the stamps go back, or have gaps.
@@ -85,10 +89,16 @@ def stamped(
         notes.append(Note("timer-wrap", channel, wraps, "", text))
     time = stamps / positive(clock, "clock") if clock is not None else stamps.astype(float)
     _refuse_back(time, channel)
-    place = shown = np.arange(len(time), dtype=float)
     if direction is not None:
         place, shown = _signed(np.asarray(direction), len(time), channel)
     else:
+        again = _again(time, None if clock is None else 1.0 / clock)
+        if again.any():
+            text = f"{again.sum()} of {len(time)} stamps repeat the one before exactly, first at "
+            text += f"{time[again][0]:.9g} s: one edge each"
+            notes.append(Note("repeated-stamps", channel, float(again.sum()), "", text, harmless=False))
+            time = time[~again]
+        place = shown = np.arange(len(time), dtype=float)
         text = "edges without a sense: the gear is taken to turn one way all the time"
         notes.append(Note("one-way", channel, float(len(time)), "", text))
     count = 2 * pi / counts_per_revolution
@@ -219,6 +229,20 @@ def _refuse_back(time: np.ndarray, channel: str) -> None:
         row = int(np.argmax(back)) + 1
         what = f"goes back by {time[row - 1] - time[row]:.9g} s at row {row}"
         raise refuse(channel, what, "tell clock and bits of the timer if it wraps there")
+
+
+def _again(time: np.ndarray, tick: float | None) -> np.ndarray:
+    """Return which stamps repeat the one before, where the stamps around are fine enough to tell two edges, (k,)."""
+    again = np.diff(time, prepend=-np.inf) == 0.0
+    some = np.flatnonzero(~again)
+    if not again.any() or len(some) < 3:
+        return np.zeros(len(time), bool)
+    wait = np.diff(time[some])
+    if tick is None:  # of the file, as waits differ by whole ticks
+        change = np.abs(np.diff(wait))
+        tick = float(change[change > 4.0 * np.spacing(np.abs(time).max())].min(initial=wait.max()))
+    near = np.minimum(np.append(wait, wait[-1]), np.insert(wait, 0, wait[0]))
+    return again & (near[np.cumsum(~again) - 1] > RESOLVED * tick)
 
 
 def _signed(direction: np.ndarray, count: int, channel: str) -> tuple[np.ndarray, np.ndarray]:

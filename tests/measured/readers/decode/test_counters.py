@@ -165,3 +165,20 @@ def test_integration_of_a_speed_meets_its_closed_form_and_tells_its_errors():
         integrated(np.array([0.0, 1.0, 1.0]), np.zeros(3))
     with pytest.raises(InputError, match="has 3 rows, time has 2"):
         integrated(np.array([0.0, 1.0]), np.zeros(3))
+
+
+def test_an_edge_stamped_again_at_the_same_time_is_one_edge():
+    even = np.cumsum(np.linspace(4e-3, 6e-3, 500)).round(7)
+    found = stamped(np.sort(np.r_[even, even[[0, 7, 7, 250, 499]]]), 24, "edges")
+    assert found.time.tolist() == even.tolist()
+    assert found.angle[-1] == pytest.approx(2 * np.pi / 24 * 499)
+    (note,) = (one for one in found.notes if one.kind == "repeated-stamps")
+    assert (note.size, note.harmless) == (5, False)
+    assert f"first at {even[0]:.9g} s" in note.text
+
+
+def test_stamps_too_coarse_to_tell_two_edges_are_not_merged():
+    fast = np.round(np.cumsum(np.linspace(0.4e-3, 1.6e-3, 2000)), 3)  # edges faster than a tick
+    found = stamped(fast, 24, "edges")
+    assert len(found.time) == len(fast)
+    assert len(stamped(np.round(fast / 1e-3), 24, "edges", clock=1e3).time) == len(fast)
