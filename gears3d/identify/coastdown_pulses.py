@@ -17,6 +17,13 @@ FINEST = 5
 # is 0.05 of magnets spaced unevenly by 5 % of a pitch, and 0.24 of pulses at random.
 RECENT, RANDOM = 20, 0.15
 
+# Share of pulses counted with an even pitch below which, as where that count is lost, magnets may stand unevenly.
+COUNTED = 0.8
+# Revolutions, with their missing pulses, in which the places of uneven magnets are looked for, and most magnets.
+TURNS, MOST = 8, 24
+# Sum of the gaps between the places of magnets in a revolution from which on pulses have places: a sixth of the gaps of
+# pulses at random are 0.47 in all. Least distance of two places, in pitches.
+PLACED, APART = 0.93, 0.3
 # Change of the logarithm of the wait from pulse to pulse below which no pulse is missing (log 2) or extra.
 CALM = 0.25
 
@@ -64,6 +71,10 @@ def count_pulses(time: np.ndarray, magnets: int = 1) -> tuple[np.ndarray, np.nda
             number[places] = np.array(numbers) + offset
             last = int(number[places[-1]])
         row = max(row - lost, begin + 4)
+    if 1 < magnets <= MOST and (breaks or kept.mean() < COUNTED):
+        uneven = _count_uneven(time, magnets)
+        if uneven is not None and uneven[0].sum() >= kept.sum():
+            return *uneven, np.zeros(0, int)
     return kept, number, np.array(breaks, int)
 
 
@@ -113,8 +124,70 @@ def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     return (real, number) if real.sum() >= 6 and real[0] else None
 
 
-def _follow(time: np.ndarray, places: list[int], numbers: list[int], row: int) -> tuple[int, int]:
-    """Follow the pulses from a lock on; return the row where the count was lost, and how many were rejected last."""
+def _count_uneven(time: np.ndarray, magnets: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return which pulses are real, and their numbers, of magnets that stand unevenly, some of their pulses missing."""
+    for start in np.linspace(0, len(time) // 2, 5).astype(int):
+        locked = _places(time[start : start + TURNS * magnets], magnets)
+        if locked is None:
+            continue
+        numbers, pattern = locked
+        places = list(range(start, start + len(numbers)))
+        numbers = [int(one) for one in numbers]
+        _follow(time, places, numbers, start + len(numbers), pattern)
+        kept, number = np.zeros(len(time), bool), np.zeros(len(time), np.int64)
+        kept[places], number[places] = True, np.array(numbers) - numbers[0]
+        number[places] += numbers[0] % magnets
+        return kept, number
+    return None
+
+
+def _places(time: np.ndarray, magnets: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the numbers of some pulses and how far each magnet stands from its even place [pitches], (magnets,).
+
+    The turns and their change are those at which all pulses of a magnet fall in one place of the revolution, so that
+    the widest gaps between the places take up the revolution.
+    """
+    since = time - time[0]
+    if len(time) < 6 * magnets or since[-1] <= 0.0:
+        return None
+    turns = np.exp(np.arange(np.log(len(time) / magnets), np.log(2.5 * len(time) / magnets), 1e-3))[::-1]
+    part = since / since[-1]
+    best, least = None, PLACED
+    for bend in np.linspace(-0.25, 0.25, 126):
+        for few in np.array_split(turns, 1 + len(turns) * len(time) // 200_000):
+            phase = np.sort((few[:, None] * (part * (1.0 - bend * (part - 1.0)))) % 1.0, axis=1)
+            gaps = np.diff(phase, axis=1, append=phase[:, :1] + 1.0)
+            widest = np.partition(gaps, -magnets, axis=1)[:, -magnets:]
+            total = np.where(widest.min(axis=1) >= APART / magnets, widest.sum(axis=1), 0.0)
+            at = int(np.argmax(total))
+            if total[at] > least:
+                best, least = (few[at], bend), float(total[at])
+    if best is None:
+        return None
+    where = best[0] * part * (1.0 - best[1] * (part - 1.0))
+    phase = np.sort(where % 1.0)
+    gaps = np.diff(phase, prepend=phase[-1] - 1.0)
+    first = np.sort(np.argpartition(gaps, -magnets)[-magnets:])
+    origin = phase[first[0]] - 0.5 * gaps[first[0]]
+    turn, place = np.divmod(where - origin, 1.0)
+    which = np.searchsorted(phase[first] - origin - 0.5 * gaps[first], place, side="right") - 1
+    number = (turn * magnets + which).astype(np.int64)
+    seen = np.bincount(which, minlength=magnets)
+    if seen.min() < 2 or np.any(np.diff(number) < 1):
+        return None
+    pattern = magnets * np.bincount(which, place, magnets) / seen - np.arange(magnets)
+    return number, pattern - pattern.mean()
+
+
+def _follow(
+    time: np.ndarray, places: list[int], numbers: list[int], row: int, pattern: np.ndarray | None = None
+) -> tuple[int, int]:
+    """Follow the pulses from a lock on; return the row where the count was lost, and how many were rejected last.
+
+    ``pattern``: how far each magnet stands from its even place [pitches], (magnets,); even where it is ``None``.
+    """
+    off = [0.0] if pattern is None else [float(one) for one in pattern]
+    near = 0.3 * min(1.0, min(1.0 + b - a for a, b in zip(off, [*off[1:], off[0]], strict=True)))
     rejected = 0
     deviations = [0.0] * RECENT  # of accepted pulses from whole numbers; those of rejected ones count as large
     while row < len(time):
@@ -123,7 +196,7 @@ def _follow(time: np.ndarray, places: list[int], numbers: list[int], row: int) -
         half = min(8, (len(places) - 1) // 2)
         a, b, c = places[-1], places[-1 - half], places[-1 - 2 * half]
         ta, tb, tc = time[a], time[b], time[c]
-        na, nb, nc = numbers[-1], numbers[-1 - half], numbers[-1 - 2 * half]
+        na, nb, nc = (one + off[one % len(off)] for one in (numbers[-1], numbers[-1 - half], numbers[-1 - 2 * half]))
         late, early = (na - nb) / (ta - tb), (nb - nc) / (tb - tc)
         bend = 2.0 * (late - early) / (ta - tc)
         wait = time[row] - ta
@@ -131,11 +204,13 @@ def _follow(time: np.ndarray, places: list[int], numbers: list[int], row: int) -
         step = now * wait + 0.5 * bend * wait**2
         if now <= 0.0 or (bend < 0.0 and wait > -now / bend) or step > max(4 * (na - nc), 40):
             return row, rejected
-        whole = round(step)
-        deviations.append(min(abs(step - whole), 0.3))
-        if whole >= 1 and abs(step - whole) < 0.3:
+        middle = round(na + step)
+        some = (middle,) if pattern is None else (middle - 1, middle, middle + 1)
+        miss, whole = min((abs(na + step - one - off[one % len(off)]), one) for one in some)
+        deviations.append(min(miss, 0.3))
+        if whole > numbers[-1] and miss < near:
             places.append(row)
-            numbers.append(na + whole)
+            numbers.append(whole)
             rejected = 0
         else:
             rejected += 1

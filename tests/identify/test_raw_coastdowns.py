@@ -58,6 +58,18 @@ def test_magnets_that_stand_unevenly_are_evened():
     assert parameter.high - parameter.low < 0.01 * 0.04
 
 
+@pytest.mark.parametrize(("uneven", "share"), [(0.08, 0.2), (0.15, 0.2), (0.15, 0.4)])
+def test_uneven_magnets_of_which_pulses_are_missing_are_counted(uneven, share):
+    time = pulses(uneven=uneven)
+    kept = np.random.default_rng(3).random(len(time)) > share
+    found, kinds = of_pulses(time[kept])
+    parameter = found.parameters["coulomb"]
+    assert kinds["missing-pulses"] == pytest.approx((~kept).sum(), abs=3)
+    assert kinds["uneven-magnets"] > 0.05 * 2 * np.pi / 6
+    assert parameter.low <= 0.04 <= parameter.high
+    assert parameter.high - parameter.low < 1e-3 * 0.04
+
+
 def test_pulses_without_a_smooth_motion_are_refused():
     time = np.cumsum(np.random.default_rng(5).exponential(0.1, 100))
     with pytest.raises(InputError, match="smooth motion"):
