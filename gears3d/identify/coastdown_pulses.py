@@ -24,6 +24,8 @@ TURNS, MOST = 8, 24
 # Sum of the gaps between the places of magnets in a revolution from which on pulses have places: a sixth of the gaps of
 # pulses at random are 0.47 in all. Least distance of two places, in pitches.
 PLACED, APART = 0.93, 0.3
+# Share of the highest speed below which pulses do not tell where magnets stand.
+SLOW = 0.3
 # Change of the logarithm of the wait from pulse to pulse below which no pulse is missing (log 2) or extra.
 CALM = 0.25
 
@@ -220,6 +222,17 @@ def _follow(
     return row, 0
 
 
+def _fast(time: np.ndarray, number: np.ndarray, magnets: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the longest stretch of pulses that is not slow: near standstill a revolution is no smooth motion."""
+    if len(time) <= 2 * magnets:
+        return time, number
+    speed = (number[magnets:] - number[:-magnets]) / (time[magnets:] - time[:-magnets])
+    slow = np.concatenate([[-1], np.flatnonzero(speed < SLOW * speed.max()), [len(speed)]])
+    at = int(np.argmax(np.diff(slow)))
+    some = slice(slow[at] + 1, slow[at + 1] + magnets)
+    return time[some], number[some]
+
+
 def uneven_magnets(time: np.ndarray, number: np.ndarray, magnets: int, breaks: np.ndarray) -> np.ndarray | None:
     """Return the spacing error of each magnet [pitches], (magnets,), where that is significant."""
     from scipy.interpolate import BSpline
@@ -228,7 +241,7 @@ def uneven_magnets(time: np.ndarray, number: np.ndarray, magnets: int, breaks: n
     start = np.concatenate([[0], breaks, [len(time)]])
     at = int(np.argmax(np.diff(start)))
     some = slice(start[at], start[at + 1])
-    t, n = time[some], number[some]
+    t, n = _fast(time[some], number[some], magnets)
     turns = (n[-1] - n[0]) / magnets
     free = len(t) - magnets
     knots = int(min(turns / 3, len(t) / 12, 60))

@@ -33,6 +33,8 @@ LEAST_FALL = 0.25
 LEAST_PEAK = 0.15
 # Mean speeds in which free phases are looked for: 0.2 % of the record each.
 GROUPS = 600
+# Degree of the motion over a tenth of a record of pulses: they are far apart near standstill.
+DEGREE = 6
 # Noise of mean speeds, in the highest one, from which on longer means are taken: rises and falls must be significant.
 CALM = 0.01
 # Share of a free phase by which its use begins after the release found, which is the uncertainty of the release.
@@ -398,14 +400,26 @@ def _updates(value: np.ndarray) -> tuple[np.ndarray, float]:
     return kept, every
 
 
-def _local_noise(time: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return the noise of a series along it, from second differences in ten stretches, (n,)."""
+def _local_noise(time: np.ndarray, value: np.ndarray, degree: int = 0) -> np.ndarray:
+    """Return the noise of a series along it, from second differences in ten stretches, (n,).
+
+    ``degree``: of the motion that is removed before, where a parabola does not pass through four readings.
+    """
     if len(value) < 200:
-        return np.full(len(value), noise_of(time, value))
+        return np.full(len(value), noise_of(time, _bent(time, value, degree)))
     edge = np.linspace(0, len(value), 11).astype(int)
-    each = [noise_of(time[a:b], value[a:b]) for a, b in pairwise(edge)]
+    each = [noise_of(time[a:b], _bent(time[a:b], value[a:b], degree)) for a, b in pairwise(edge)]
     each = np.maximum(each, 0.2 * float(np.median(each)))
     return np.interp(np.arange(len(value)), 0.5 * (edge[1:] + edge[:-1]), each)
+
+
+def _bent(time: np.ndarray, value: np.ndarray, degree: int) -> np.ndarray:
+    """Return a series without its polynomial of some degree over the time."""
+    if not degree or len(time) < 3 * degree:
+        return value
+    place = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
+    terms = np.polynomial.chebyshev.chebvander(place, degree)
+    return value - terms @ np.linalg.lstsq(terms, value, rcond=None)[0]
 
 
 def _angles(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[_Points, list[Finding]]:
@@ -524,7 +538,7 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
             what = f"{whole} magnets stand unevenly, by up to {worst:.2%} of a pitch: corrected"
             found.append(_finding("uneven-magnets", name, worst * pitch, what, unit="rad"))
             angle = angle - pitch * error[number % whole]
-    sigma = np.maximum(_local_noise(time, angle), 1e-6 * pitch)
+    sigma = np.maximum(_local_noise(time, angle, DEGREE), 1e-6 * pitch)
     return _Points(time, angle, sigma, breaks, pitch, _means(time, angle), pitch), found
 
 

@@ -70,6 +70,27 @@ def test_uneven_magnets_of_which_pulses_are_missing_are_counted(uneven, share):
     assert parameter.high - parameter.low < 1e-3 * 0.04
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_pulses_down_to_standstill_leave_no_structure(seed):
+    """Near standstill a revolution is no smooth motion: it tells neither where magnets stand nor the noise."""
+    random, top, rate, end = np.random.default_rng(seed), 60.0, 0.04, 50.0  # speed: (top + end) exp(-rate t) - end
+    stop = np.log((top + end) / end) / rate
+    fine = np.linspace(0.0, stop, 200_001)
+    turned = (top + end) / rate * (1.0 - np.exp(-rate * fine)) - end * fine
+    number = np.arange(6, int(turned[-1] * 6 / (2 * np.pi)) - 12)
+    shift = 0.07 * random.uniform(-1.0, 1.0, 6)
+    angle = (number + shift[number % 6]) * 2 * np.pi / 6
+    time = np.interp(angle, turned, fine)
+    for _ in range(3):
+        off = (top + end) / rate * (1.0 - np.exp(-rate * time)) - end * time - angle
+        time = time - off / ((top + end) * np.exp(-rate * time) - end)
+    found, kinds = of_pulses(np.round(time[random.random(len(time)) > 0.1], 7))
+    assert "uneven-magnets" in kinds
+    assert found.goodness["p_structure"] > 0.01
+    assert found.goodness["rms_angle_rad"] < 1.3e-6  # the last digit of the stamps is 1.7e-6 rad at the highest speed
+    assert found.parameters["viscous"].low <= INERTIA * rate <= found.parameters["viscous"].high
+
+
 def test_pulses_without_a_smooth_motion_are_refused():
     time = np.cumsum(np.random.default_rng(5).exponential(0.1, 100))
     with pytest.raises(InputError, match="smooth motion"):
