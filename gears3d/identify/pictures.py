@@ -175,7 +175,8 @@ def restitution_picture(found: Identified) -> Figure:
 
 
 def _flank(upper: Any, lower: Any, name: str, one: dict[str, Any], deviation: float) -> None:
-    colour, milli = COLOURS[name], 1e3
+    of_gear = name in COLOURS
+    colour, milli = COLOURS[name if of_gear else "active"], 1e3
     approach, rebound = one["approach_m_s"], one["rebound_m_s"]
     bars = {"fmt": ".", "color": colour, "markersize": 3, "elinewidth": 0.5, "alpha": 0.6}
     upper.errorbar(
@@ -183,17 +184,18 @@ def _flank(upper: Any, lower: Any, name: str, one: dict[str, Any], deviation: fl
         milli * rebound,
         milli * one["rebound_sigma_m_s"],
         milli * one["approach_sigma_m_s"],
-        label=f"{name} flank",
+        label=f"{name} flank" if of_gear else name,
         **bars,
     )
     ratio = rebound / approach
     noise = np.hypot(one["rebound_sigma_m_s"], ratio * one["approach_sigma_m_s"]) / approach
     lower.errorbar(milli * approach, ratio, noise, **bars)
     speed, mean = one["speed_m_s"], one["mean"]
-    line = {"color": colour, "linewidth": 1, "linestyle": "-" if name == "active" else "--"}  # both may be one law
+    line = {"color": colour, "linewidth": 1, "linestyle": "--" if name == "reverse" else "-"}  # both may be one law
     upper.plot(milli * speed, milli * speed * np.clip(mean, 0.0, 1.0), **line)
-    below = f"{name}: rebounds below are not used"
-    upper.axhline(milli * one["lowest_m_s"], color=colour, linewidth=0.7, linestyle=":", label=below)
+    if of_gear:  # a list leaves no rebound out
+        below = f"{name}: rebounds below are not used"
+        upper.axhline(milli * one["lowest_m_s"], color=colour, linewidth=0.7, linestyle=":", label=below)
     lower.plot(milli * speed, mean, label=f"{name}: law and 95 %", **line)
     lower.fill_between(milli * speed, one["low"], one["high"], color=colour, alpha=0.3, linewidth=0)
     if deviation > 0.0:
@@ -201,4 +203,5 @@ def _flank(upper: Any, lower: Any, name: str, one: dict[str, Any], deviation: fl
             milli * speed, mean - 1.96 * deviation, mean + 1.96 * deviation, color=colour, alpha=0.1, linewidth=0
         )
     moving = speed > 0.0
-    lower.plot(milli * speed[moving], one["lowest_m_s"] / speed[moving], color=colour, linewidth=0.7, linestyle=":")
+    if of_gear:
+        lower.plot(milli * speed[moving], one["lowest_m_s"] / speed[moving], color=colour, linewidth=0.7, linestyle=":")

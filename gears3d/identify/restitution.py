@@ -101,6 +101,10 @@ def warnings(parameters: dict[str, Parameter], goodness: dict[str, Any]) -> tupl
     return tuple(found)
 
 
+# Name in the curves of impacts of no gear, which are on no flank.
+IMPACTS = "impacts of the list"
+
+
 def curves(pairs: Pairs, best: Fit) -> dict[str, Any]:
     """Return arrays for the picture: pairs with errors, and the law with its 95 % band, by flank."""
     told: dict[str, Any] = {"deviation": best.deviation, "flanks": {}}

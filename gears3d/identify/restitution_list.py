@@ -12,7 +12,7 @@ from scipy.stats import f_oneway, linregress, shapiro, t
 from gears3d.errors import Fault, InputError
 from gears3d.identify.impact_pairs import Pairs
 from gears3d.identify.law import Identified, Parameter
-from gears3d.identify.restitution import curves, snippet
+from gears3d.identify.restitution import IMPACTS, curves, snippet
 from gears3d.identify.restitution_fit import choose, scatter_interval
 
 # Ratios from which a coefficient has an interval.
@@ -235,8 +235,8 @@ def _fitted(whole: ImpactList) -> Identified:
         "approach_m_s": [float(whole.before.min()), float(whole.before.max())],
     }
     told = curves(pairs, best)
-    for one in told["flanks"].values():
-        one["lowest_m_s"] = 0.0
+    (only,) = told["flanks"].values()
+    told["flanks"] = {IMPACTS: {**only, "lowest_m_s": 0.0}}
     return Identified(
         best.terms.name, parameters, goodness, snippet(parameters), told, _warned(parameters, tuple(notes))
     )

@@ -50,3 +50,11 @@ def test_corners_of_a_cube_rebound_with_a_scatter_that_is_not_normal(capsys):
     assert np.mean(ratios) < one["ci95"][1]
     assert 1.4826 * np.median(np.abs(ratios - np.median(ratios))) < scatter["value"] < np.std(ratios)
     assert any("not normal" in one for one in found["warnings"])
+
+
+def test_impacts_of_no_gear_are_on_no_flank(tmp_path):
+    with pytest.raises(SystemExit):
+        main(["identify", "restitution", str(RECORDS / "cube-tosses.csv"), "--out", str(tmp_path / "cube")])
+    page = (tmp_path / "cube" / "report.html").read_text()
+    assert '"label":"impacts of the list"' in page
+    assert '"label":"active' not in page
