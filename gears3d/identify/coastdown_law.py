@@ -28,8 +28,9 @@ POINTS = 200
 REACH, NORMAL = 0.975, 1.96
 # Relative standard deviation of an inertia from which on it may be of any size: its interval reaches to zero.
 LOOSE = 0.5
-# Correlation of two numbers from which on the speeds hardly separate them.
-ALIKE = 0.99
+# Correlation of two numbers from which on the speeds hardly separate them, where one is known no better than to a part
+# of its value: a tenth hardly changes the share of a term in the drag.
+ALIKE, WIDE = 0.99, 0.1
 
 
 class Choice(NamedTuple):
@@ -363,7 +364,8 @@ def _warnings(
         elif parameter.high < 0.0 and kind in NEGATIVE:
             found.append(f"{name} is negative: {NEGATIVE[kind]}")
     error = np.sqrt(np.maximum(np.diag(best.covariance), 1e-300))
-    alike = np.abs(best.covariance / np.outer(error, error)) - np.eye(len(error))
-    if alike.size > 1 and alike.max() > ALIKE:
+    alike = np.abs(best.covariance / np.outer(error, error)) > ALIKE
+    wide = WIDE * np.abs(best.numbers) < NORMAL * error
+    if np.any(alike & wide[:, None] & ~np.eye(len(error), dtype=bool)):
         found.append("terms of the law are hardly separated by these speeds: record a wider range")
     return tuple(found)

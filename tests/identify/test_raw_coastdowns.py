@@ -164,6 +164,15 @@ def test_a_law_that_does_not_fit_says_so_first_and_covers_the_torque():
     assert covered[inside].mean() > 0.9
 
 
+@pytest.mark.parametrize(("noise", "warned"), [(1e-6, False), (0.3, True)])
+def test_terms_are_hardly_separated_only_where_they_are_not_known(noise, warned):
+    times = coasted(lambda speed: 0.04 + 0.001 * speed, 60.0, 50.0, noise, 1)
+    found = identify_coastdown(make_tracks(*times, "speed", span=(0.0, 1e3)), INERTIA, law="coulomb+viscous")
+    one = found.parameters["coulomb"]
+    assert (one.high - one.low > 0.2 * abs(one.value)) == warned
+    assert any("hardly separated" in each for each in found.warnings) == warned
+
+
 def test_a_negative_number_is_reported_and_not_clipped_in_silence():
     time = np.arange(0.0, 20.0, 0.005)
     speed = 10.0 + 50.0 * np.exp(-0.1 * time) - 3.0 * time / 20.0  # deceleration falls below a straight line to 0
