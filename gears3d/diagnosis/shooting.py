@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.body_kernels import swayed, swing
 from gears3d.diagnosis.evidence import likely_root, orthonormal, roots_of
 from gears3d.diagnosis.prediction import GEARS, deviation, reading_error
 from gears3d.diagnosis.shooting_kernels import (
@@ -26,6 +25,8 @@ from gears3d.diagnosis.shooting_kernels import (
     read,
     shoot,
     slowing,
+    swayed,
+    swing,
     torques_of,
 )
 from gears3d.effects import Code
