@@ -1,8 +1,8 @@
 """Diagnosis: what a simulation gets wrong of measured records, the cause, the extended rig, and the gain."""
 
-from gears3d.diagnosis.candidates import Candidate as Candidate
-from gears3d.diagnosis.cause import begin as begin
-from gears3d.diagnosis.cause import contribution as contribution
+from gears3d.diagnosis.causes import Candidate as Candidate
+from gears3d.diagnosis.causes import begin as begin
+from gears3d.diagnosis.causes import contribution as contribution
 from gears3d.diagnosis.channels import BINS as BINS
 from gears3d.diagnosis.channels import ContactEnds as ContactEnds
 from gears3d.diagnosis.channels import Contacts as Contacts

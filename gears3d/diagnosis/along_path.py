@@ -9,9 +9,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT_PATH, EXCLUDED, SMALLEST, excluding
-from gears3d.diagnosis.candidates import Candidate, candidates
-from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit
+from gears3d.diagnosis.causes import (
+    ACCEPT_PATH,
+    EXCLUDED,
+    SMALLEST,
+    Candidate,
+    Cause,
+    Fit,
+    begin,
+    candidates,
+    contribution,
+    excluding,
+    fit,
+)
 from gears3d.diagnosis.datums import settled, turn
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits

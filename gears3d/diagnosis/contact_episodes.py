@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.cause import SLOPE_STEP, Cause
+from gears3d.diagnosis.causes import SLOPE_STEP, Cause
 from gears3d.diagnosis.prediction import deviation, torque
 from gears3d.effects import Code, Row
 from gears3d.errors import InputError

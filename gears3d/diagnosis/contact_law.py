@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT, EXCLUDED
-from gears3d.diagnosis.candidates import Candidate, candidates
-from gears3d.diagnosis.cause import Cause, begin
+from gears3d.diagnosis.causes import ACCEPT, EXCLUDED, Candidate, Cause, begin, candidates
 from gears3d.diagnosis.contact_episodes import (
     LAW_CHANNELS,
     ContactEpisodes,

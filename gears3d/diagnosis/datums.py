@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import Candidate, Regressors
-from gears3d.diagnosis.cause import Cause, contribution, slopes_of
+from gears3d.diagnosis.causes import Candidate, Cause, Regressors, contribution, gear_of, goes_by, slopes_of
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, GEARS, deviation, residuals
 from gears3d.effects import catalogue
@@ -46,21 +45,6 @@ CLIPPED = 0.5
 JOINT_ROUNDS = 4
 # Largest step in a round, in radians of a datum and in units of a number.
 JOINT_STEP = 0.3
-
-
-def gear_of(kind: str, gear: str | None) -> str:
-    """Return the gear whose angle a cause depends on; empty without one.
-
-    >>> gear_of("backlash_variation", None), gear_of("eccentricity", "loose"), gear_of("encoder_skew", "loose")
-    ('drive', 'loose', '')
-    """
-    params = catalogue()[kind].params.values()  # type: ignore[attr-defined]
-    return next((gear or "" if one.of == "gear" else one.of for one in params if one.of), "")
-
-
-def goes_by(one: Candidate) -> str:
-    """Return the gear whose angle a candidate depends on; empty without one."""
-    return gear_of(one.kind, one.shape.get("gear"))
 
 
 def turn(one: Evidence, drive: float, loose: float) -> Evidence:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.diagnosis.along_path import AlongPath, along_path
-from gears3d.diagnosis.cause import significant_digits
+from gears3d.diagnosis.causes import significant_digits
 from gears3d.diagnosis.contact_law import (
     ContactLawFit,
     EpisodeAnalysis,

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT
-from gears3d.diagnosis.cause import Cause, contribution, fit, table
+from gears3d.diagnosis.causes import ACCEPT, Cause, contribution, fit, table
 from gears3d.diagnosis.datums import in_mesh
 from gears3d.diagnosis.evidence import Evidence, standardised_contact, standardised_flight
 from gears3d.diagnosis.prediction import CHANNELS, added, impact_sigma, reading_error, residuals, rms_of

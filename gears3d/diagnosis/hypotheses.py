@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import EXCLUDED, excluding
-from gears3d.diagnosis.candidates import FREE, Candidate, score
-from gears3d.diagnosis.cause import Cause, Fit, begin, fit, table
+from gears3d.diagnosis.causes import EXCLUDED, FREE, Candidate, Cause, Fit, begin, excluding, fit, score, table
 from gears3d.diagnosis.evidence import Evidence, evidence
 from gears3d.diagnosis.posterior import occam
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT_PATH, EXCLUDED, LARGEST, SMALLEST
-from gears3d.diagnosis.cause import Cause, moved, swings
-from gears3d.diagnosis.datums import goes_by, order_of, reference
+from gears3d.diagnosis.causes import ACCEPT_PATH, EXCLUDED, LARGEST, SMALLEST, Cause, goes_by, moved, swings
+from gears3d.diagnosis.datums import order_of, reference
 from gears3d.diagnosis.prediction import GEARS
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
 from gears3d.effects import Code

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT_PATH, LARGEST, SMALLEST
-from gears3d.diagnosis.cause import begin
-from gears3d.diagnosis.datums import Phases, goes_by, one_size, order_of, reference, worth_of
+from gears3d.diagnosis.causes import ACCEPT_PATH, LARGEST, SMALLEST, begin, goes_by
+from gears3d.diagnosis.datums import Phases, one_size, order_of, reference, worth_of
 from gears3d.diagnosis.path_fit import (
     LAWS,
     RUB,
@@ -24,8 +23,7 @@ from gears3d.diagnosis.path_fit import (
 from gears3d.diagnosis.prediction import GEARS
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.candidates import Candidate
-    from gears3d.diagnosis.cause import Cause
+    from gears3d.diagnosis.causes import Candidate, Cause
     from gears3d.diagnosis.shooting import Linearised, Windows
 
 Array = np.ndarray

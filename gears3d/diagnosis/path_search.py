@@ -13,9 +13,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT_PATH, EXCLUDED, LARGEST, MODEL_ERROR, SMALLEST, excluding
-from gears3d.diagnosis.candidates import FREE, price
-from gears3d.diagnosis.cause import Cause, begin
+from gears3d.diagnosis.causes import (
+    ACCEPT_PATH,
+    EXCLUDED,
+    FREE,
+    LARGEST,
+    MODEL_ERROR,
+    SMALLEST,
+    Cause,
+    begin,
+    excluding,
+    price,
+)
 from gears3d.diagnosis.hypotheses import Rival, is_same
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
@@ -54,7 +63,7 @@ from gears3d.effects import SensorEffect
 from gears3d.errors import InputError
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.candidates import Candidate
+    from gears3d.diagnosis.causes import Candidate
 
 Array = np.ndarray
 STEADY = 4.0

@@ -14,9 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import EXCLUDED
-from gears3d.diagnosis.candidates import ONE_SIDED, SHOWS, Candidate
-from gears3d.diagnosis.cause import Cause, begin, fit, significance
+from gears3d.diagnosis.causes import EXCLUDED, ONE_SIDED, SHOWS, Candidate, Cause, begin, fit, significance
 from gears3d.diagnosis.channels import VelocityJumps
 from gears3d.diagnosis.evidence import Evidence, Paths
 from gears3d.diagnosis.hypotheses import Rival

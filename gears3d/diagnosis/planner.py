@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import EXCLUDED
-from gears3d.diagnosis.cause import parameters, table
+from gears3d.diagnosis.causes import EXCLUDED, parameters, table
 from gears3d.diagnosis.path_fit import SOFT
 from gears3d.diagnosis.resonance import sensor_of
 from gears3d.diagnosis.run_information import (

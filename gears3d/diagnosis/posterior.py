@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT
+from gears3d.diagnosis.causes import ACCEPT
 
 Array = np.ndarray
 # Standard deviation of a parameter before any record is seen, in units: deviations of real rigs are 5 to 50 %.

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, contribution, slopes_of
+from gears3d.diagnosis.causes import Cause, contribution, slopes_of
 from gears3d.diagnosis.datums import has_original_datum, slopes_of_datums
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, residuals

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.datums import gear_of, turn
+from gears3d.diagnosis.causes import gear_of
+from gears3d.diagnosis.datums import turn
 from gears3d.diagnosis.evidence import Evidence, Paths, of_cut
 from gears3d.diagnosis.prediction import deviation
 from gears3d.effects import catalogue

@@ -7,8 +7,7 @@ from math import pi
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT
-from gears3d.diagnosis.cause import Cause, contribution, fit, slopes_of
+from gears3d.diagnosis.causes import ACCEPT, Cause, contribution, fit, slopes_of
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.heldout import UNITS, refuted, splits

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
-from gears3d.diagnosis.acceptance import ACCEPT
+from gears3d.diagnosis.causes import ACCEPT
 from gears3d.diagnosis.channels import CensoredImpacts, Impacts
 from gears3d.diagnosis.evidence import Evidence
 

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import FREE, Candidate, candidates
-from gears3d.diagnosis.cause import Cause, begin, table
+from gears3d.diagnosis.causes import FREE, Candidate, Cause, begin, candidates, goes_by, table
 from gears3d.diagnosis.contact_law import has_compliance
-from gears3d.diagnosis.datums import goes_by, turn
+from gears3d.diagnosis.datums import turn
 from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,

@@ -13,26 +13,32 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import acceptable, is_accepted
-from gears3d.diagnosis.candidates import (
+from gears3d.diagnosis.causes import (
     FREE,
     Candidate,
+    Cause,
+    Fit,
     Regressors,
     Scored,
+    acceptable,
+    begin,
     candidates,
+    contribution,
     drive_lines,
+    fit,
+    goes_by,
+    is_accepted,
     price,
     regressors_of,
     score,
+    slopes_of,
 )
-from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit, slopes_of
 from gears3d.diagnosis.channels import Flights
 from gears3d.diagnosis.datums import (
     Phases,
     datum_shifts,
     exceeds_uncertainty,
     free_phases,
-    goes_by,
     order_of,
     parameter_penalty,
     reference,

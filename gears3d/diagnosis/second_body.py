@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import Candidate
-from gears3d.diagnosis.cause import Cause, begin, swings
+from gears3d.diagnosis.causes import Candidate, Cause, begin, swings
 from gears3d.diagnosis.path_fit import (
     BODY,
     State,

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import score
-from gears3d.diagnosis.cause import fit
+from gears3d.diagnosis.causes import fit, score
 from gears3d.diagnosis.preprocessing import Note
 from gears3d.diagnosis.residual_tests import are_coarse, single_record_note
 from gears3d.diagnosis.search import directions
@@ -19,7 +18,7 @@ from gears3d.errors import EngineError, InputError
 from gears3d.units import show
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.cause import Cause
+    from gears3d.diagnosis.causes import Cause
     from gears3d.diagnosis.evidence import Evidence, Paths
     from gears3d.diagnosis.hypotheses import Rival
     from gears3d.diagnosis.path_search import Path

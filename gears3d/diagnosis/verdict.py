@@ -8,9 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.acceptance import ACCEPT, EXCLUDED, LARGEST, SMALLEST
-from gears3d.diagnosis.candidates import Regressors
-from gears3d.diagnosis.cause import Cause, fit, parameters, significance, swings, table
+from gears3d.diagnosis.causes import (
+    ACCEPT,
+    EXCLUDED,
+    LARGEST,
+    SMALLEST,
+    Cause,
+    Regressors,
+    fit,
+    parameters,
+    significance,
+    swings,
+    table,
+)
 from gears3d.diagnosis.contact_law import ContactLawFit
 from gears3d.diagnosis.datums import reference_record
 from gears3d.diagnosis.evidence import Evidence

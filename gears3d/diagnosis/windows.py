@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.cause import table
+from gears3d.diagnosis.causes import table
 from gears3d.diagnosis.datums import moved, turn
 from gears3d.diagnosis.prediction import deviation, reading_error
 from gears3d.diagnosis.residual_patterns import Structure

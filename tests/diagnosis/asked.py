@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from gears3d.diagnosis.candidates import Candidate, candidates
+from gears3d.diagnosis.causes import Candidate, candidates
 
 
 def only(patch, wanted: Callable[[Candidate], bool]) -> None:

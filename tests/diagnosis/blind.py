@@ -247,7 +247,7 @@ STAGES: dict[str, tuple[tuple[str, Any], ...]] = {
         ("diagnosis.contact_law_of", lambda *_: EpisodeAnalysis(None, None)),
         ("diagnosis.contact_law_with_others", lambda _: None),
     ),
-    "the bar for small causes": (("acceptance.SMALLEST", 0.0),),
+    "the bar for small causes": (("causes.SMALLEST", 0.0),),
 }  # fmt: skip
 """Stages of the diagnosis that an ablation leaves out, one at a time: names in its modules, and what stands there."""
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, Search, begin, contribution, preprocess
-from gears3d.diagnosis.cause import fit
+from gears3d.diagnosis.causes import fit
 from gears3d.diagnosis.pitch_error import whole_teeth
 from gears3d.diagnosis.prediction import SIDES, influence
 from gears3d.measured.checks import admit

@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import candidates as module
-from gears3d.diagnosis.candidates import FREE, candidates
+from gears3d.diagnosis import causes as module
+from gears3d.diagnosis.causes import FREE, candidates
 from gears3d.effects import Gate, Param, Refined, Rig, catalogue, torque_linear, torque_power
 
 RIG = Rig(0.148, 0.13, 0.0695, 0.22, 250e-6, 0.3, 3.0, 9, 7, face_width=0.02)

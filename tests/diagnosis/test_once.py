@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, begin
-from gears3d.diagnosis.acceptance import ONCE, acceptable
-from gears3d.diagnosis.candidates import Scored
+from gears3d.diagnosis.causes import ONCE, Scored, acceptable
 
 SHAPES = {"drag_power": ("coefficient", "exponent", 2.0), "drag_drift": ("relative_change", "time_constant", 3.0),
           "drag_differential": ("coefficient", "shaft_speed", 10.0)}  # fmt: skip

@@ -8,7 +8,7 @@ import pytest
 
 from gears3d.cli import main
 from gears3d.diagnosis import plan
-from gears3d.diagnosis.cause import MODEL
+from gears3d.diagnosis.causes import MODEL
 from gears3d.diagnosis.planner import SIGMAS, needed
 from gears3d.errors import InputError, UsageError
 from gears3d.scenario import load

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, Contacts, Drive, begin, uncut
-from gears3d.diagnosis.acceptance import ACCEPT, acceptable, has_possible_size, is_accepted
-from gears3d.diagnosis.candidates import Scored
-from gears3d.diagnosis.cause import Fit, fit
+from gears3d.diagnosis.causes import ACCEPT, Fit, Scored, acceptable, fit, has_possible_size, is_accepted
 from gears3d.diagnosis.search import _base, _held, badly_segmented, search, without_outliers
 from gears3d.scenario import load
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.candidates import Candidate
-from gears3d.diagnosis.cause import swings
+from gears3d.diagnosis.causes import Candidate, swings
 from gears3d.diagnosis.path_fit import followed, state_of
 from gears3d.diagnosis.path_search import path_search
 from gears3d.diagnosis.second_body import playing

@@ -7,8 +7,7 @@ import pytest
 
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.along_path import PARTED
-from gears3d.diagnosis.candidates import Candidate, candidates
-from gears3d.diagnosis.cause import begin
+from gears3d.diagnosis.causes import Candidate, begin, candidates
 from gears3d.diagnosis.path_fit import effects_of, fitted, polished, referenced, restore, rezeroed, settled, state_of
 from gears3d.diagnosis.path_scores import fewer
 from gears3d.diagnosis.path_search import against, path_search
@@ -439,7 +438,7 @@ def test_readings_under_flicker_are_made_white(rig):
 
 
 def test_a_cause_that_was_found_otherwise_and_is_not_there_leaves_the_path_off(short):
-    from gears3d.diagnosis.cause import begin
+    from gears3d.diagnosis.causes import begin
 
     windows, _ = shot(short, [catalogue()["drag_viscous"](coefficient=0.01)])
     known = {one.kind: one for one in known_of(short, windows)}

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, preprocess
-from gears3d.diagnosis.candidates import candidates, regressors_of
-from gears3d.diagnosis.datums import gear_of, moved, single_tooth, turn
+from gears3d.diagnosis.causes import candidates, gear_of, regressors_of
+from gears3d.diagnosis.datums import moved, single_tooth, turn
 from gears3d.diagnosis.search import TOOTH_GAIN
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
@@ -119,7 +119,7 @@ def test_phases_cost_freedom(record):
     """Five records with a phase each must gain what chance gives six numbers as seldom as two the usual gain."""
     from scipy.stats import chi2
 
-    from gears3d.diagnosis.acceptance import ACCEPT
+    from gears3d.diagnosis.causes import ACCEPT
     from gears3d.diagnosis.datums import parameter_penalty
 
     more = parameter_penalty([record] * 5, "loose")

@@ -16,7 +16,7 @@ from PIL import Image
 
 from gears3d.cli.diagnose import print_diagnosis as show
 from gears3d.diagnosis import BINS, Resonance, Structure, extended_text, gap_deceleration
-from gears3d.diagnosis.cause import contribution, fit, table
+from gears3d.diagnosis.causes import contribution, fit, table
 from gears3d.diagnosis.evidence import FINE, uncut
 from gears3d.diagnosis.residual_tests import channel_chi2
 from gears3d.diagnosis.search import blind

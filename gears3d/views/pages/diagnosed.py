@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis import CHANNELS, rms_of
-from gears3d.diagnosis.cause import significant_digits
+from gears3d.diagnosis.causes import significant_digits
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.verdict import POWER
 from gears3d.files import write_text

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis import deceleration_response, gap_deceleration, impact_sigma, in_units, loss_sigma
-from gears3d.diagnosis.cause import contribution
+from gears3d.diagnosis.causes import contribution
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.residual_tests import channel_of
