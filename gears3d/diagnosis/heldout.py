@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.causes import ACCEPT, Cause, contribution, fit, table
-from gears3d.diagnosis.datums import in_mesh
 from gears3d.diagnosis.evidence import Evidence, standardised_contact, standardised_flight
 from gears3d.diagnosis.prediction import CHANNELS, added, impact_sigma, reading_error, residuals, rms_of
+from gears3d.diagnosis.preprocessing import in_mesh
 from gears3d.effects import Code, SensorEffect
 from gears3d.errors import GearsError
 

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.causes import ACCEPT_PATH, EXCLUDED, LARGEST, SMALLEST, Cause, goes_by, moved, swings
-from gears3d.diagnosis.datums import order_of, reference
 from gears3d.diagnosis.prediction import GEARS
+from gears3d.diagnosis.preprocessing import order_of, reference
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
 from gears3d.effects import Code
 from gears3d.errors import InputError

@@ -26,6 +26,7 @@ from gears3d.diagnosis.causes import (
     price,
 )
 from gears3d.diagnosis.hypotheses import Rival, is_same
+from gears3d.diagnosis.path_candidates import SCORED, Scatter, carrying, fewer, frequencies, playing, scores_of
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     BODY,
@@ -54,10 +55,7 @@ from gears3d.diagnosis.path_fit import (
     state_of,
     with_spread,
 )
-from gears3d.diagnosis.path_scores import SCORED, fewer, scores_of
 from gears3d.diagnosis.posterior import occam
-from gears3d.diagnosis.restitution_scatter import Scatter
-from gears3d.diagnosis.second_body import carrying, frequencies, playing
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.effects import SensorEffect
 from gears3d.errors import InputError

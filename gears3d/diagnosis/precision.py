@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.causes import Cause, contribution, slopes_of
-from gears3d.diagnosis.datums import has_original_datum, slopes_of_datums
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, residuals
+from gears3d.diagnosis.preprocessing import has_original_datum, slopes_of_datums
 
 Array = np.ndarray
 # Number of stretches of a record for block estimates, each with as many points of every channel.

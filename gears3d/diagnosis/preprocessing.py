@@ -1,23 +1,26 @@
-"""Preprocessing of records: those that can be used, and their segmentation without known sensor effects.
+"""Preprocessing of records: those that can be used, their segmentation, and a common angular datum.
 
-If the encoders are read in sequence, the displacement follows the speed; if that is a large fraction of the backlash,
-the flanks appear to move and segmentation fails. The sensor gate estimates the delay without segmentation: it is
-removed before, and recorded in the evidence.
+Where encoders are read in sequence, the displacement follows the speed, and segmentation fails if that is a large
+fraction of the backlash: the sensor gate estimates the delay without segmentation; it is removed before.
+Without index marks, the angular datum of each record is a nuisance parameter of effects that depend on a gear's angle.
+The strongest of these, or a single tooth deviation, determines the differences of datums; once angles are shifted, all
+causes are searched as in records with common marks. A phase for each record is a degree of freedom that noise has, too:
+the threshold of such effects is higher.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from math import degrees, pi
+from itertools import product
+from math import degrees, log, pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.causes import gear_of
-from gears3d.diagnosis.datums import turn
+from gears3d.diagnosis.causes import Candidate, Cause, Regressors, contribution, gear_of, goes_by, slopes_of
 from gears3d.diagnosis.evidence import Evidence, Paths, of_cut
-from gears3d.diagnosis.prediction import deviation
+from gears3d.diagnosis.prediction import CHANNELS, GEARS, deviation, residuals
 from gears3d.effects import catalogue
 from gears3d.errors import Fault, InputError
 from gears3d.measured.segmentation import alike, segments_of
@@ -276,3 +279,366 @@ def _tooth_shape(rig: Scenario, tooth: Any, flank: int, turned: tuple[float, flo
         return own / abs(tooth.offset)
 
     return Shape(over, flank, abs(tooth.offset), True)
+
+
+# Largest false alarm probability of a cause with a phase.
+FALSE_ALARM = 3e-7
+# Minimum chi-square gain of a record whose datum is the reference of phases.
+REFERENCE_GAIN = 25.0
+# Tried phases and sizes, number of refinements of the sizes, and Newton rounds.
+TRIED_PHASES, TRIED_SIZES, REFINEMENTS, NEWTON_ROUNDS = 256, 48, 3, 20
+# Largest tried size, relative to that of the stiffest direction of a record.
+LARGEST_SIZE = 4.0
+# Step of an angle, for slopes [rad].
+ANGLE_STEP = 1e-5
+# Smallest shift of a datum that is applied, in standard deviations.
+CERTAIN_SHIFT = 0.1
+# Tried places per pitch.
+PLACES_PER_PITCH = 32
+# Tried deviations of a tooth, in backlashes: larger ones carry before and behind their place, too.
+TOOTH_SIZES = (0.003, 0.006, 0.012, 0.025, 0.05, 0.1, 0.2, 0.4)
+# Residual at which a point is clipped, in backlashes.
+CLIPPED = 0.5
+# Number of Gauss-Newton rounds.
+JOINT_ROUNDS = 4
+# Largest step in a round, in radians of a datum and in units of a number.
+JOINT_STEP = 0.3
+
+
+def turn(one: Evidence, drive: float, loose: float) -> Evidence:
+    """Return a record with its angles shifted to other datums.
+
+    drive, loose: added to the angles [rad].
+    """
+    if drive == 0.0 and loose == 0.0:
+        return one
+    seen, (time, angle, speed) = one.channels, one.fine
+    names = ("contacts", "impacts", "losses", "contact_ends", "velocity_jumps", "censored_impacts")
+    both = {name: (own := getattr(seen, name))._replace(drive=own.drive + drive, loose=own.loose + loose)
+            for name in names}  # fmt: skip
+    flights = seen.flights._replace(loose=seen.flights.loose + loose)
+    moved = seen._replace(**both, flights=flights, drive=seen.drive._replace(angle=seen.drive.angle + drive))
+    turned = one.turned[0] + drive, one.turned[1] + loose
+    return replace(one, channels=moved, fine=(time, angle + loose, speed), turned=turned)
+
+
+def moved(effect: Any, drive: float, loose: float) -> Any:
+    """Return an effect for angles that are shifted.
+
+    drive, loose: shifts of the angles [rad].
+
+    Raises:
+        InputError: it is at a tooth.
+    """
+    by = {"drive": drive, "loose": loose}.get(gear_of(effect.kind, getattr(effect, "gear", None)), 0.0)
+    if by == 0.0:
+        return effect
+    if not hasattr(effect, "phase"):
+        text = "acts at one tooth, but the angular datum of this record relative to the teeth is unknown"
+        raise InputError(Fault(effect.kind, text, "give records with an index mark"))
+    phase = effect.phase + getattr(effect, "order", 1) * by
+    return replace(effect, phase=float((phase + pi) % (2.0 * pi) - pi))
+
+
+def in_mesh(one: Evidence, effects: Sequence[Any]) -> tuple[Evidence, list[Any]]:
+    """Return a record whose loose gear has the angular datum of a mesh with both gears at 0, and effects for it."""
+    seen, (drive, loose) = one.channels.contacts, one.radii
+    if "loose" not in one.unmarked or not len(seen.time):
+        return one, list(effects)
+    ahead = seen.loose - (drive * seen.drive + seen.flank * one.rig.backlash) / loose
+    by = float(np.median(ahead))
+    return turn(one, 0.0, -by), [moved(effect, 0.0, by) for effect in effects]
+
+
+def free_phases(records: Sequence[Evidence], gear: str) -> int:
+    """Return the number of phases, beyond one, of an effect that depends on a gear's angle."""
+    count = sum(gear in one.unmarked for one in records)
+    return count - (count == len(records) and count > 0)
+
+
+def parameter_penalty(records: Sequence[Evidence], gear: str) -> float:
+    """Return the additional chi-square threshold of a cause for its phases in the records."""
+    return worth_of(free_phases(records, gear))
+
+
+def worth_of(more: int) -> float:
+    """Return the chi-square that noise gains by additional phases."""
+    from scipy.stats import chi2
+
+    return float(chi2.isf(FALSE_ALARM, 2 + more) - chi2.isf(FALSE_ALARM, 2)) if more else 0.0
+
+
+class Phases(NamedTuple):
+    """Information of each record alone on a candidate.
+
+    Args:
+        candidate: with a phase.
+        gain: of a common size and a phase for each record, in chi-square.
+        phase: in each record [rad], (r,).
+        worth: information on each phase: the inverse of its variance, (r,).
+        size: common size, in units.
+    """
+
+    candidate: Candidate
+    gain: float
+    phase: Array
+    worth: Array
+    size: float = 0.0
+
+
+def exceeds_uncertainty(found: Phases, by: Array) -> bool:
+    """Whether the datum shifts of records exceed their uncertainty.
+
+    by: shift of each record [rad], (r,).
+    """
+    return bool(np.any(np.abs(by) * order_of(found.candidate) * np.sqrt(np.maximum(found.worth, 0.0)) > CERTAIN_SHIFT))
+
+
+def strongest_phased(known: Regressors, rest: Array, gear: str, orders: Sequence[int] = ()) -> Phases | None:
+    """Return the candidate of largest gain with one size and a phase in each record; ``None`` without any.
+
+    rest: residuals, stacked, (n,); orders: whose multiples are excluded.
+    """
+    tried = []
+    for which, one in enumerate(known.candidates):
+        if one.phased and goes_by(one) == gear and not any(order_of(one) % n == 0 for n in orders):
+            normal, right = _normal_equations(known, which, rest)
+            most = np.einsum("ki,kij,kj->", right, np.linalg.pinv(normal, rcond=1e-9, hermitian=True), right)
+            tried.append((float(most), one, normal, right))
+    tried.sort(key=lambda each: -each[0])
+    best: Phases | None = None
+    for most, one, normal, right in tried:
+        if best is not None and most < best.gain:  # a size in each record would have that gain, too
+            break
+        found = one_size(one, normal, right)
+        best = found if best is None or found.gain > best.gain else best
+    return best
+
+
+def _normal_equations(known: Regressors, which: int, rest: Array) -> tuple[Array, Array]:
+    """Return the normal equations of a candidate in each record, (r, 2, 2) and (r, 2)."""
+    count = len(known.records)
+    normal, right = np.zeros((count, 2, 2)), np.zeros((count, 2))
+    for name, stack in known.stacks.items():
+        rows = np.flatnonzero(stack.owner == which)
+        for k, part in enumerate(known.parts[name] if len(rows) else ()):
+            own = stack.columns[rows, part].astype(float)
+            normal[k] += own @ own.T
+            right[k] += own @ rest[known.spans[name]][part]
+    return normal, right
+
+
+def one_size(one: Candidate, normal: Array, right: Array) -> Phases:
+    """Return the common size of all records and the phase of each, of largest gain.
+
+    Records may determine a candidate in one direction only, as with all flights at one angle: then the size of the
+    others determines the phase, so that no record is solved by itself.
+    """
+    phase = np.linspace(0.0, 2.0 * pi, TRIED_PHASES, endpoint=False)
+    toward = np.stack([np.cos(phase), -np.sin(phase)])
+    linear, square = right @ toward, np.einsum("in,kij,jn->kn", toward, normal, toward)
+    stiffest = np.maximum(np.linalg.eigvalsh(normal)[:, -1], 1e-300)
+    largest = LARGEST_SIZE * float(np.max(np.hypot(*right.T) / stiffest))
+    tried = np.linspace(0.0, largest, TRIED_SIZES + 1)[1:]
+    for _ in range(REFINEMENTS):
+        gain = 2.0 * tried[:, None, None] * linear - tried[:, None, None] ** 2 * square
+        best = int(np.argmax(gain.max(axis=2).sum(axis=1)))
+        size, at = float(tried[best]), phase[np.argmax(gain[best], axis=1)]
+        step = tried[1] - tried[0]
+        tried = np.linspace(max(size - step, 0.0), size + step, TRIED_SIZES + 1)[1:]
+    for _ in range(NEWTON_ROUNDS):
+        u, v = np.array([np.cos(at), -np.sin(at)]).T, np.array([-np.sin(at), -np.cos(at)]).T
+        nu, nv = np.einsum("kij,kj->ki", normal, u), np.einsum("kij,kj->ki", normal, v)
+        slope = size * np.sum(v * right, axis=1) - size**2 * np.sum(v * nu, axis=1)
+        bow = size * np.sum(u * right, axis=1) + size**2 * (np.sum(v * nv, axis=1) - np.sum(u * nu, axis=1))
+        at = at + np.where(bow > 0.0, np.clip(slope / np.where(bow > 0.0, bow, 1.0), -0.05, 0.05), 0.0)
+        cross = np.sum(v * right, axis=1) - 2.0 * size * np.sum(v * nu, axis=1)
+        stiff = np.sum(u * nu) - np.sum(np.where(bow > 0.0, cross**2 / np.where(bow > 0.0, bow, 1.0), 0.0))
+        off = float(np.sum(u * right) - size * np.sum(u * nu))
+        size = size + off / stiff if stiff > 0.0 else size
+    u = np.array([np.cos(at), -np.sin(at)]).T
+    gain = float(np.sum(2.0 * size * np.sum(u * right, axis=1) - size**2 * np.einsum("ki,kij,kj->k", u, normal, u)))
+    return Phases(one, gain, at, np.maximum(bow, 0.0), size)
+
+
+def datum_shifts(known: Regressors, rest: Array, gear: str, orders: Sequence[int] = ()) -> tuple[Array, Phases] | None:
+    """Return the datum shift of each record that gives the strongest candidate one phase [rad], (r,).
+
+    With the candidate; ``None`` without a significant one. rest: (n,); multiples of ``orders`` are excluded.
+    """
+    from scipy.stats import chi2
+
+    best = strongest_phased(known, rest, gear, orders)
+    if best is None or best.gain < chi2.isf(FALSE_ALARM, 2 + free_phases(known.records, gear)):
+        return None
+    lost = np.array([gear in one.unmarked for one in known.records])
+    first = reference(best.worth if np.all(lost) else np.where(lost, 0.0, best.worth))
+    away = (best.phase - best.phase[first] + pi) % (2.0 * pi) - pi
+    return np.where(lost & (best.worth > 0.0), away / order_of(best.candidate), 0.0), best
+
+
+def order_of(one: Candidate) -> int:
+    """Return the periods per revolution of a candidate with a phase."""
+    return int(one.shape.get("order", 1))
+
+
+def reference(worth: Array) -> int:
+    """Return the record whose datum is the reference of all others: the first in which the candidate shows.
+
+    worth: (r,).
+
+    >>> reference(np.array([3.0, 80.0, 900.0])), reference(np.array([3.0, 2.0]))
+    (1, 0)
+    """
+    clear = np.flatnonzero(worth > REFERENCE_GAIN)
+    return int(clear[0]) if len(clear) else int(np.argmax(worth))
+
+
+def has_original_datum(one: Evidence, gear: str) -> bool:
+    """Whether a record has a gear's angle as it was read."""
+    return abs(one.turned[GEARS.index(gear)]) < 1e-9
+
+
+def slopes_of_datums(one: Evidence, effects: Sequence[Any], own: Array, gears: Sequence[str]) -> list[Array]:
+    """Return the derivatives of the effects' contributions to a record by its datums [1/rad], each (n,).
+
+    own: their contributions as they are, (n,).
+    """
+    turned = [turn(one, *(ANGLE_STEP if gear == each else 0.0 for each in GEARS)) for gear in gears]
+    return [(contribution([each], effects) - own) / ANGLE_STEP for each in turned]
+
+
+def reference_record(records: Sequence[Evidence], effect: Any) -> str:
+    """Return the record whose datum is the reference of an effect's phase; empty if all have marks."""
+    gear = gear_of(effect.kind, getattr(effect, "gear", None))
+    if not gear or not all(gear in one.unmarked for one in records):
+        return ""
+    return next((one.name for one in records if has_original_datum(one, gear)), records[0].name)
+
+
+class SingleTooth(NamedTuple):
+    """A tooth deviation at some angle of its gear in each record.
+
+    Args:
+        gain: in chi-square, of a common size and a place for each record, minus that of the trials.
+        place: angle of the tooth in each record [rad], (r,).
+        worth: gain in each record, (r,).
+        teeth: of the gear.
+    """
+
+    gain: float
+    place: Array
+    worth: Array
+    teeth: int
+
+    @property
+    def turns(self) -> Array:
+        """Shift of each record that moves the tooth to the nearest tooth position."""
+        clear = np.flatnonzero(self.worth > REFERENCE_GAIN)
+        first = int(clear[0]) if len(clear) else int(np.argmax(self.worth))
+        pitch = 2.0 * pi / self.teeth
+        there = pitch * round(float(self.place[first]) / pitch)
+        return (there - self.place + pi) % (2.0 * pi) - pi
+
+
+def single_tooth(known: Regressors, rest: Array, gear: str) -> SingleTooth:
+    """Return the tooth of a gear that explains most of the contact residuals.
+
+    rest: (n,).
+    """
+    own = [rest[known.spans["contact"]][part] for part in known.parts["contact"]]
+    teeth = known.records[0].rig.teeth_drive if gear == "drive" else known.records[0].rig.teeth_loose
+    count = teeth * PLACES_PER_PITCH
+    sums = [_binned_contact(one, part, gear, count) for one, part in zip(known.records, own, strict=True)]
+    shapes = [_tooth_response(known.records, gear, flank, sign * size, count)
+              for flank, sign, size in product(("both", "active", "reverse"), (1.0, -1.0), TOOTH_SIZES)]  # fmt: skip
+    found = [_best_places(sums, shape) for shape in shapes]
+    gain, place, worth = max(found, key=lambda each: each[0])
+    asked = int(np.sum(worth > 0.0))
+    return SingleTooth(gain - 2.0 * asked * log(len(shapes) * count), place, worth, teeth)
+
+
+def _binned_contact(one: Evidence, rest: Array, gear: str, count: int) -> tuple[Array, Array]:
+    """Return sums of contact residuals, in standard deviations, and of points over a revolution, by flank, (2, n)."""
+    seen = one.channels.contacts
+    angle = seen.drive if gear == "drive" else seen.loose
+    at = np.floor(np.mod(angle, 2.0 * pi) / (2.0 * pi) * count + 0.5).astype(int) % count + seen.flank * count
+    far = CLIPPED * one.rig.backlash / seen.sigma
+    held = np.clip(rest - np.median(rest), -far, far) if len(rest) else rest
+    off = np.bincount(at, held / np.maximum(seen.sigma, 1e-300), 2 * count)
+    weight = np.bincount(at, 1.0 / np.maximum(seen.sigma, 1e-300) ** 2, 2 * count)
+    return off.reshape(2, count), weight.reshape(2, count)
+
+
+def _tooth_response(records: Sequence[Evidence], gear: str, flank: str, size: float, count: int) -> Array:
+    """Return the response over a revolution to a tooth at angle 0 of a size in backlashes, over that size, (2, n)."""
+    one, angle = records[0], np.arange(count) * 2.0 * pi / count
+    offset = size * one.rig.backlash
+    rows = catalogue()["pitch_error"](offset=offset, tooth=1, gear=gear, flank=flank).rows(one.rig)
+    sides = [deviation(rows, one.pair, angle, angle, np.full(count, side)) for side in (0, 1)]
+    return np.array(sides) / abs(offset)
+
+
+def _best_places(sums: Sequence[tuple[Array, Array]], shape: Array) -> tuple[float, Array, Array]:
+    """Return the gain of the shape at its best place in each record, the places [rad], and the gains by record."""
+    turned = np.conj(np.fft.rfft(shape))
+    squared = np.conj(np.fft.rfft(shape**2))
+    count = shape.shape[1]
+    places, linear, heavy = np.zeros(len(sums)), np.zeros(len(sums)), np.zeros(len(sums))
+    for k, (off, weight) in enumerate(sums):
+        whole = max(float(weight.sum()), 1e-300)
+        mean = np.fft.irfft(np.fft.rfft(weight) * turned, count).sum(axis=0)
+        right = np.fft.irfft(np.fft.rfft(off) * turned, count).sum(axis=0) - mean * off.sum() / whole
+        square = np.fft.irfft(np.fft.rfft(weight) * squared, count).sum(axis=0) - mean**2 / whole
+        some = square > 1e-2 * max(float(square.max()), 1e-300)
+        gain = np.where(some & (right > 0.0), right**2 / np.where(some, square, 1.0), 0.0)
+        best = int(np.argmax(gain))
+        left, here, next_ = gain[best - 1], gain[best], gain[(best + 1) % count]
+        bow = left - 2.0 * here + next_
+        ahead = 0.5 * (left - next_) / bow if bow < 0.0 else 0.0
+        places[k] = (best + float(np.clip(ahead, -0.5, 0.5))) * 2.0 * pi / count
+        linear[k], heavy[k] = (right[best], square[best]) if here > 0.0 else (0.0, 0.0)
+    worth = linear**2 / np.maximum(heavy, 1e-300)
+    return float(linear.sum() ** 2 / max(heavy.sum(), 1e-300)), places, worth
+
+
+def settled(records: Sequence[Evidence], causes: Sequence[Cause]) -> tuple[Array, float]:
+    """Return datum shifts of records, (r, 2) [rad], from the joint fit with causes, and the change of chi-square."""
+    turned, changed, now, begun = np.zeros((len(records), 2)), 0.0, list(records), tuple(causes)
+    for _ in range(JOINT_ROUNDS if causes else 0):
+        width, count = sum(len(cause.numbers) for cause in causes), 0
+        units = np.concatenate([cause.units for cause in causes])
+        effects = [cause.effect for cause in causes if cause.effect is not None]
+        tables, rests, places = [], [], []
+        for k, one in enumerate(now):
+            own = contribution([one], effects)
+            told = residuals(one)
+            rests.append(np.concatenate([told[name] for name in CHANNELS]) - own)
+            lost = [
+                side
+                for side, gear in enumerate(GEARS)
+                if gear in one.unmarked and not has_original_datum(records[k], gear)
+            ]
+            zeros = slopes_of_datums(one, effects, own, [GEARS[side] for side in lost])
+            tables.append((np.column_stack([c for cause in causes for c in slopes_of([one], cause)]), zeros))
+            places += [(k, side) for side in lost]
+        normal, right = np.zeros((width + len(places),) * 2), np.zeros(width + len(places))
+        for (slopes, zeros), rest in zip(tables, rests, strict=True):
+            at = [*range(width), *range(width + count, width + count + len(zeros))]
+            table = np.column_stack([slopes, *zeros])
+            normal[np.ix_(at, at)] += table.T @ table
+            right[at] += table.T @ rest
+            count += len(zeros)
+        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        move = np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-9, hermitian=True) @ (right / scale) / scale
+        move = np.clip(move, -JOINT_STEP, JOINT_STEP)
+        ends = np.cumsum([len(cause.numbers) for cause in causes])[:-1]
+        steps = np.split(move[:width] * units, ends)
+        causes = tuple(c._replace(numbers=c.numbers + step) for c, step in zip(causes, steps, strict=True))
+        for (k, side), by in zip(places, move[width:], strict=True):
+            turned[k, side] += by
+        now = [turn(one, *by) for one, by in zip(records, turned, strict=True)]
+    effects = [cause.effect for cause in begun if cause.effect is not None]
+    for one, other in zip(records, now, strict=True):
+        changed += float(np.sum((contribution([other], effects) - contribution([one], effects)) ** 2))
+    return turned, changed

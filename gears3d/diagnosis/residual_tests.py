@@ -11,6 +11,7 @@ from gears3d.diagnosis.causes import ACCEPT, Cause, contribution, fit, slopes_of
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.heldout import UNITS, refuted, splits
+from gears3d.diagnosis.path_candidates import Scatter, scatter
 from gears3d.diagnosis.prediction import CHANNELS, deceleration_response, impact_sigma, parts_of, rms_of
 from gears3d.diagnosis.preprocessing import Note
 from gears3d.diagnosis.residual_patterns import (
@@ -28,7 +29,6 @@ from gears3d.diagnosis.residual_patterns import (
     order_pattern,
     post_impact_ringing,
 )
-from gears3d.diagnosis.restitution_scatter import Scatter, scatter
 from gears3d.diagnosis.search import MOST_CAUSES, Search, keeping, next_cause
 
 Array = np.ndarray

@@ -9,7 +9,6 @@ import numpy as np
 
 from gears3d.diagnosis.causes import FREE, Candidate, Cause, begin, candidates, goes_by, table
 from gears3d.diagnosis.contact_law import has_compliance
-from gears3d.diagnosis.datums import turn
 from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
@@ -28,7 +27,7 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.precision import Information, combined, information
 from gears3d.diagnosis.prediction import GEARS
-from gears3d.diagnosis.preprocessing import delay_of, preprocess
+from gears3d.diagnosis.preprocessing import delay_of, preprocess, turn
 from gears3d.diagnosis.search import given
 from gears3d.diagnosis.shooting import MOST, Windows, shootable
 from gears3d.effects import catalogue

@@ -34,7 +34,17 @@ from gears3d.diagnosis.causes import (
     slopes_of,
 )
 from gears3d.diagnosis.channels import Flights
-from gears3d.diagnosis.datums import (
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.path_candidates import FEWEST_REBOUNDS, with_own_noise
+from gears3d.diagnosis.prediction import (
+    CHANNELS,
+    GEARS,
+    deceleration_response,
+    parts_of,
+    project_out,
+    residuals,
+)
+from gears3d.diagnosis.preprocessing import (
     Phases,
     datum_shifts,
     exceeds_uncertainty,
@@ -46,16 +56,6 @@ from gears3d.diagnosis.datums import (
     single_tooth,
     turn,
 )
-from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import (
-    CHANNELS,
-    GEARS,
-    deceleration_response,
-    parts_of,
-    project_out,
-    residuals,
-)
-from gears3d.diagnosis.restitution_scatter import FEWEST, with_own_noise
 
 Array = np.ndarray
 # Ratio to the median contact error of a record above which one does not agree with the others.
@@ -384,7 +384,7 @@ def without_strays(one: Evidence) -> Evidence:
 def _without_rolling(one: Evidence, rest: Array) -> Evidence:
     """Return a record without the few flights that differ from all others in deceleration or shape."""
     flights = one.channels.flights
-    if len(flights.time) < FEWEST:
+    if len(flights.time) < FEWEST_REBOUNDS:
         return one
     shape = deceleration_response(one)
     square, rest = np.sum(shape**2, axis=1), rest.reshape(shape.shape)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.causes import table
-from gears3d.diagnosis.datums import moved, turn
 from gears3d.diagnosis.prediction import deviation, reading_error
+from gears3d.diagnosis.preprocessing import moved, turn
 from gears3d.diagnosis.residual_patterns import Structure
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.pickup import Start, pick_up

@@ -9,9 +9,9 @@ import pytest
 
 from gears3d.diagnosis import Search, uncut
 from gears3d.diagnosis.channels import CensoredImpacts
+from gears3d.diagnosis.path_candidates import Rebounds, rebounds, scatter, with_own_noise, working
 from gears3d.diagnosis.residual_patterns import autocorrelation
 from gears3d.diagnosis.residual_tests import own_scatter
-from gears3d.diagnosis.restitution_scatter import Rebounds, rebounds, scatter, with_own_noise, working
 from gears3d.verification.challenge import plan
 from tests.diagnosis.test_gap_laws import hidden, judged
 

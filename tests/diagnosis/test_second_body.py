@@ -5,9 +5,9 @@ import pytest
 
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.causes import Candidate, swings
+from gears3d.diagnosis.path_candidates import playing
 from gears3d.diagnosis.path_fit import followed, state_of
 from gears3d.diagnosis.path_search import path_search
-from gears3d.diagnosis.second_body import playing
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit_all
 from gears3d.scenario import load

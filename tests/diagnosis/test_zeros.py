@@ -8,7 +8,7 @@ import pytest
 
 from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, preprocess
 from gears3d.diagnosis.causes import candidates, gear_of, regressors_of
-from gears3d.diagnosis.datums import moved, single_tooth, turn
+from gears3d.diagnosis.preprocessing import moved, single_tooth, turn
 from gears3d.diagnosis.search import TOOTH_GAIN
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
@@ -120,7 +120,7 @@ def test_phases_cost_freedom(record):
     from scipy.stats import chi2
 
     from gears3d.diagnosis.causes import ACCEPT
-    from gears3d.diagnosis.datums import parameter_penalty
+    from gears3d.diagnosis.preprocessing import parameter_penalty
 
     more = parameter_penalty([record] * 5, "loose")
     assert chi2.sf(ACCEPT + more, 6) == pytest.approx(chi2.sf(ACCEPT, 2), rel=0.05)

@@ -1,0 +1,754 @@
+"""Candidates of the path search: score tests of effects, a second body on a spring, and scatter of restitution.
+
+Score test: trajectory residuals of multiple shooting are regressed on the sensitivity of the motion to a small size of
+each candidate; starts of windows and present causes are nuisance parameters. Two candidates need tests of their own.
+
+Second body on a spring: in flight the centre of mass falls and the twist oscillates at one frequency. Where flights
+begin with impacts, it is found in the readings of flights; otherwise in beginnings of windows, by fits on a grid of
+frequencies.
+
+Scatter of restitution: variance of rebounds beyond their errors, in proportion to the speed. Rebounds below the
+detection limit are censored data; they count by the probability of that. Noise hides stronger ones as well, independent
+of their speed: this probability is estimated with the scatter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
+from math import gcd, pi
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.special import log_ndtr
+
+from gears3d.diagnosis.causes import ACCEPT, ACCEPT_PATH, LARGEST, SMALLEST, Candidate, Cause, begin, goes_by, swings
+from gears3d.diagnosis.channels import CensoredImpacts, Impacts
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.path_fit import (
+    BODY,
+    LAWS,
+    RUB,
+    SCATTER,
+    SQUARED,
+    State,
+    columns_of,
+    effects_of,
+    fitted,
+    followed,
+    gain_of,
+    polished,
+    restore,
+    state_of,
+)
+from gears3d.diagnosis.prediction import GEARS, restitution
+from gears3d.diagnosis.preprocessing import Phases, one_size, order_of, reference, worth_of
+from gears3d.diagnosis.shooting import NOISE
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis.shooting import Linearised, Windows
+
+Array = np.ndarray
+SCORE_STEP = 0.2
+"""Part of the size at which candidates have their columns."""
+SCORED = 32
+"""Windows in which candidates are scored."""
+BATCH = 32
+"""Candidates whose columns are made white together."""
+ALIKE, NONLINEAR, POOL, SETS = 0.2, 0.02, 16, 2
+"""Part of a cause's effect that a candidate must have to look like it; part of the effect of several that fewer may
+miss, for it is not quite linear in their sizes; candidates from which sets are taken, and sets that are fitted.
+Chosen on one rig of equal teeth (seed 1 of the benchmark of three causes); 16 candidates have 2516 sets of four at
+most."""
+
+
+class Score(NamedTuple):
+    """What a candidate promises: fall of chi-square, its numbers in units, how records are turned for it [rad].
+
+    Its worth is chi-square over the square of the first number.
+    """
+
+    gain: float
+    candidate: Candidate
+    units: Array
+    by: Array
+    worth: float
+
+
+def scores_of(
+    windows: Windows, known: Sequence[Candidate], now: State, least: float = ACCEPT_PATH, place: int | None = None
+) -> tuple[list[Score], float]:
+    """Return what each candidate promises, most first, and the level of the residuals, without what promises less.
+
+    Args:
+        windows: of the records.
+        known: candidates.
+        now: causes so far.
+        least: fall of chi-square over the level that a candidate must promise.
+        place: of a cause in the place of which candidates are asked about: along the same path, without its part.
+    """
+    few, mine = windows.some(SCORED)
+    rest, along = now.rest[mine[: len(now.rest)]], few.along(effects_of(now.causes))
+    weight = few.weights(rest)
+    away = few.without_starts([one * weight for one in along.starts()])
+    others = np.column_stack([away(one * weight) for one in columns_of(along, now.causes)])
+    left, causes = away(rest * weight), list(now.causes)
+    if place is not None:
+        cause = causes.pop(place)
+        at = sum(len(one.numbers) for one in causes[:place])
+        size = (cause.numbers / cause.units)[: 2 if cause.candidate.phased else 1]
+        left = left + others[:, at : at + len(size)] @ size
+        others = np.delete(others, slice(at, at + len(cause.numbers)), axis=1)
+    others = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
+    left = left - others @ (others.T @ left)
+    level = float(left @ left) / max(len(left) - others.shape[1] - 2 * len(few), 1)
+    scale, found, asked = len(windows) / len(few), [], []
+    turning = _Turning(windows, causes)
+    record = few.record[few.every[: len(rest)]]
+    able = [one for one in known if one.kind not in (*LAWS, SCATTER) and turning.told(one)]
+    for one, columns in _effects(along, now.causes, able, lambda rows: away(rows * weight)):
+        columns = columns - (columns @ others) @ others.T
+        normal, right = _by_record(columns, left, record, len(windows.zeros))
+        if np.all(np.isfinite(normal)) and np.trace(normal.sum(axis=0)) > 0.0:
+            bound = np.einsum("ki,kij,kj->", right, np.linalg.pinv(normal, rcond=1e-9, hermitian=True), right)
+            asked.append((scale * float(bound), one, normal, right))
+    asked.sort(key=lambda each: -each[0])
+    best: dict[str, float] = {}
+    for bound, one, normal, right in asked:  # with a size in each record a candidate gains as much at most
+        if bound < max(least * level, best.get(one.kind, 0.0)):
+            continue
+        gain, units, by = turning.best(one, normal, right)
+        if one.kind == SQUARED:
+            gain, units = gain * float(units[0] > 0.0), np.sqrt(np.maximum(units, 0.0) * one.tried)
+        gain = scale * gain - turning.dear(one) * level
+        best[one.kind] = max(best.get(one.kind, 0.0), gain)
+        found.append(Score(gain, one, units, by, scale * float(normal[:, 0, 0].sum())))
+    return sorted(found, key=lambda each: -each.gain), level
+
+
+def _effects(
+    along: Linearised, causes: Sequence[Cause], able: Sequence[Candidate], away: Callable[[Array], Array]
+) -> Iterator[tuple[Candidate, Array]]:
+    """Yield candidates with how predictions change with each of their numbers, per unit, (p, n), starts taken out."""
+    for at in range(0, len(able), BATCH):
+        batch = able[at : at + BATCH]
+        own = [_own(along, causes, one) for one in batch]
+        rows = away(along.extended(np.concatenate(own)))
+        yield from zip(batch, np.split(rows, np.cumsum([len(one) for one in own])[:-1]), strict=True)
+
+
+def _own(along: Linearised, causes: Sequence[Cause], one: Candidate) -> Array:
+    """Return how displacements at the readings change with each number of a candidate, per unit, (p, n)."""
+    windows, columns = along.windows, []
+    for k in range(2 if one.phased else 1):
+        numbers = np.zeros(2 if one.phased else 1)
+        part = one.tried * (1.0 if one.kind == SQUARED else SCORE_STEP)
+        numbers[k] = part * one.unit
+        if one.kind in (SQUARED, RUB):
+            missed = windows.missed([*effects_of(causes), one.effect(numbers)])
+            changed = (windows.read - along.run.made - missed) / windows.sigma
+        else:
+            changed = along.change(one.effect(numbers))
+        columns.append(changed / part)
+    return np.array(columns)
+
+
+def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tuple[Cause, ...]]:
+    """Return sets of causes of fewer numbers that have along the present path the effect of the present causes.
+
+    Several causes may stand for fewer that were not found: a deviation of one gear and one of the other for an
+    eccentricity. Along one path effects are nearly linear in their sizes, so that every small set can be tried.
+
+    Args:
+        windows: of the records.
+        known: candidates.
+        now: causes that are there.
+
+    Returns:
+        Of each group of causes that look like the same candidates, the best sets of one, two and more.
+    """
+    few, _ = windows.some(SCORED)
+    along = few.along(effects_of(now.causes))
+    weight = few.weights(along.rest)
+    away = few.without_starts([one * weight for one in along.starts()])
+    found = np.column_stack([away(one * weight) for one in columns_of(along, now.causes)])
+    ends = np.cumsum([0, *(len(one.numbers) for one in now.causes)])
+    zeros = np.linalg.qr(found[:, ends[-1] :][:, np.any(found[:, ends[-1] :] != 0.0, axis=0)])[0]
+    done = []
+    for one, at in zip(now.causes, ends, strict=False):
+        size = (one.numbers / one.units)[: 2 if one.candidate.phased else 1]
+        column = found[:, at : at + len(size)] @ size
+        done.append(column - zeros @ (zeros.T @ column))
+    turning, able, columns = _Turning(windows, now.causes), [], []
+    asked = [one for one in known if one.kind not in (*LAWS, SCATTER, SQUARED) and turning.fixed(one)]
+    for one, rows in _effects(along, now.causes, asked, lambda rows: away(rows * weight)):
+        own = (rows - (rows @ zeros) @ zeros.T).T
+        if np.all(np.isfinite(own)) and np.any(own):
+            able.append(one)
+            columns.append(own)
+    alike = np.array([[_share(own, column) for own in columns] for column in done]).reshape(len(done), len(able))
+    made = []
+    for group in _groups(alike > ALIKE):
+        numbers = sum(len(now.causes[k].numbers) for k in group)
+        pool = np.argsort(-np.max(alike[group], axis=0))[:POOL]
+        pool = [int(k) for k in pool if np.max(alike[group, k]) > ALIKE]
+        whole = np.sum([done[k] for k in group], axis=0)
+        rest = tuple(one for k, one in enumerate(now.causes) if k not in group)
+        sets = _sets([columns[k] for k in pool], whole, numbers, len(group))
+        for own, units in sets:
+            causes = [begin(able[pool[k]], one) for k, one in zip(own, units, strict=True)]
+            made.append((*rest, *causes))
+    return made
+
+
+def _share(own: Array, column: Array) -> float:
+    """Return the part of a column that others explain."""
+    return float(np.sum((np.linalg.qr(own)[0].T @ column) ** 2) / max(float(column @ column), 1e-300))
+
+
+def _groups(alike: Array) -> list[list[int]]:
+    """Return groups of two causes or more that look like the same candidates, from a table, (causes, candidates)."""
+    joined = alike.astype(int) @ alike.T.astype(int) > 0
+    groups: list[list[int]] = []
+    left = set(range(len(alike)))
+    while left:
+        group, more = set(), {min(left)}
+        while more:
+            group |= more
+            more = {int(k) for one in more for k in np.flatnonzero(joined[one])} - group
+        left -= group
+        if len(group) > 1:
+            groups.append(sorted(group))
+    return groups
+
+
+def _sets(columns: Sequence[Array], whole: Array, numbers: int, most: int) -> list[tuple[tuple[int, ...], list[Array]]]:
+    """Return the best sets of columns of fewer numbers that explain nearly all of another, with their numbers."""
+    ends = np.cumsum([0, *(one.shape[1] for one in columns)])
+    table = np.column_stack(columns)
+    normal, right, total = table.T @ table, table.T @ whole, float(whole @ whole)
+    made = []
+    for count in range(1, most + 1):
+        good = []
+        for own in combinations(range(len(columns)), count):
+            at = np.concatenate([np.arange(ends[k], ends[k + 1]) for k in own])
+            if len(at) >= numbers:
+                continue
+            units = np.linalg.lstsq(normal[np.ix_(at, at)], right[at], rcond=1e-9)[0]
+            left = 1.0 - float(units @ right[at]) / total
+            parts = np.split(units, np.cumsum([columns[k].shape[1] for k in own])[:-1])
+            if left < NONLINEAR and all(SMALLEST < np.hypot.reduce(one) < LARGEST for one in parts):
+                good.append((left, own, parts))
+        made += [(own, parts) for _, own, parts in sorted(good, key=lambda one: one[0])[:SETS]]
+    return made
+
+
+def _by_record(columns: Array, left: Array, record: Array, count: int) -> tuple[Array, Array]:
+    """Return the normal equations of columns, (p, n), in each record, (r, p, p) and (r, p)."""
+    normal = [[np.bincount(record, one * other, count) for other in columns] for one in columns]
+    right = [np.bincount(record, one * left, count) for one in columns]
+    return np.array(normal).transpose(2, 0, 1), np.array(right).T
+
+
+class _Turning:
+    """How records whose encoders begin anywhere are turned for a candidate.
+
+    Args:
+        windows: of the records.
+        causes: that are there, by which angles may be aligned already.
+    """
+
+    def __init__(self, windows: Windows, causes: Sequence[Cause]) -> None:
+        self.windows = windows
+        self.orders = {
+            gear: [order_of(one.candidate) for one in causes if one.candidate.phased and goes_by(one.candidate) == gear]
+            for gear in GEARS
+        }
+
+    def _free(self, one: Candidate) -> int:
+        """Return how many angles a candidate has beyond one."""
+        gear = goes_by(one)
+        if not gear or self.orders[gear]:
+            return 0
+        lost = self.windows.lost[:, GEARS.index(gear)]
+        return int(lost.sum()) - bool(np.all(lost))
+
+    def told(self, one: Candidate) -> bool:
+        """Return whether a candidate can be asked about: not a tooth, where angles are not aligned."""
+        return one.phased or not self._free(one)
+
+    def fixed(self, one: Candidate) -> bool:
+        """Return whether the angles that a candidate goes by are those of the causes, in all records."""
+        gear = goes_by(one)
+        if not gear or not np.any(self.windows.lost[:, GEARS.index(gear)]):
+            return True
+        return not self._free(one) and order_of(one) % max(gcd(*self.orders[gear]), 1) == 0
+
+    def dear(self, one: Candidate) -> float:
+        """Return the chi-square that a candidate must gain more for the angles that it has free."""
+        return worth_of(self._free(one))
+
+    def best(self, one: Candidate, normal: Array, right: Array) -> tuple[float, Array, Array]:
+        """Return the gain of a candidate, its numbers in units, and by how much records are turned, (r, 2) [rad].
+
+        Args:
+            one: the candidate.
+            normal: equations of its numbers in each record, (r, p, p).
+            right: of the same, (r, p).
+        """
+        by = np.zeros_like(self.windows.turned)
+        gear, order = goes_by(one), order_of(one)
+        side = GEARS.index(gear) if gear else 0
+        lost = self.windows.lost[:, side]
+        known = gcd(*self.orders[gear]) if gear else 0
+        if one.phased and known > 1 and order % known and np.any(lost):
+            by[:, side] = self._branches(one_size(one, normal, right), lost, 2.0 * pi / known)
+            shift = order * by[:, side]
+            turned = np.array([[np.cos(shift), np.sin(shift)], [-np.sin(shift), np.cos(shift)]])
+            normal, right = (
+                np.einsum("ijk,kil,lmk->kjm", turned, normal, turned),
+                np.einsum("ijk,ki->kj", turned, right),
+            )
+        elif one.phased and self._free(one):
+            seen = one_size(one, normal, right)
+            first = 0 if np.all(lost) else reference(np.where(lost, 0.0, seen.worth))
+            away = (seen.phase - seen.phase[first] + pi) % (2.0 * pi) - pi
+            by[:, side] = np.where(lost, away / order, 0.0)
+            units = seen.size * np.array([np.cos(seen.phase[first]), -np.sin(seen.phase[first])])
+            return seen.gain, units, by
+        common, pull = normal.sum(axis=0), right.sum(axis=0)
+        units = np.linalg.lstsq(common, pull, rcond=1e-10)[0]
+        return float(units @ pull), units, by
+
+    @staticmethod
+    def _branches(seen: Phases, lost: Array, period: float) -> Array:
+        """Return by how many whole periods of orders that are aligned each record is turned [rad], (r,)."""
+        own = 2.0 * pi / order_of(seen.candidate)
+        first = 0 if np.all(lost) else int(np.argmin(lost))
+        away = (seen.phase - seen.phase[first]) / order_of(seen.candidate)
+        tried = period * np.arange(round(2.0 * pi / period))
+        off = np.abs((tried[None] - away[:, None] + 0.5 * own) % own - 0.5 * own)
+        return np.where(lost & (seen.worth > 0.0), tried[np.argmin(off, axis=1)], 0.0)
+
+
+# Part of the backlash off a flank from which on readings are of a flight, and readings of one at least.
+BETWEEN, FLIGHT_READINGS = 0.06, 16
+# Periods in a usual flight at least, readings of a window in a period at least, and ratio of neighbouring frequencies
+# that are sought in flights.
+CYCLES, PER_CYCLE, RATIO = 0.8, 6.0, 1.02
+# Flights at most.
+FLIGHTS = 200
+# Part of the deviation of flights from a parabola that an oscillation must explain, and its least size in variances
+# of the noise.
+SHARE, LEVEL = 0.4, 1.5
+# Windows in which a body is sought; part of them whose first flight may be shorter than the first fit; ratio of
+# neighbouring frequencies that are tried: in three rigs, those within 10 % led to the hidden one.
+BODY_WINDOWS, FLYING, DENSE = 12, 0.25, 1.1
+# Neighbours of a frequency that flights suggest from which fits begin, too: the inertia of the first may be off.
+NEIGHBOURS = (-2, -1, 0, 1, 2)
+# Periods in a fall across the backlash, from which frequencies are tried, and up to which nodes tell them.
+LONGEST, SHORTEST = 0.7, 14.0
+# Times the first flight that windows are long in the fits of all frequencies, and times as long in each later one;
+# fits that are kept after the first, and part of its frequency by which another must differ to be another.
+FARTHER, KEPT, SAME = (2.2, 1.4), 4, 3e-3
+# Part of the chi-square in beginnings of windows that the best body may leave for fits in longer ones to be made.
+HELPS = 0.5
+# Inertia over that of the gear from which fits begin, the damping ratio, and rounds of the fits of all frequencies.
+FIRST, DAMPING, SHORT = 0.2, 0.05, 4
+# Plays from which fits begin, in backlashes, and part of the damping at which a body was tried that one with play
+# begins with at least.
+PLAYS, LEAST = (0.03, 0.1, 0.3), 0.2
+
+
+def flights(windows: Windows) -> list[tuple[Array, Array]]:
+    """Return times, and displacements of the loose gear as if the drive stood still in noise, of free flights.
+
+    Args:
+        windows: of the records.
+    """
+    turned = windows.read + windows.radii[0] * windows.between(windows.drive[0])
+    amid = _amid(windows)
+    cut = np.flatnonzero(np.diff(amid.astype(int)) | np.diff(windows.window)) + 1
+    made = []
+    for rows in np.split(np.arange(len(amid)), cut):
+        if amid[rows[0]] and len(rows) >= FLIGHT_READINGS:
+            made.append((windows.time[rows], turned[rows] / windows.sigma[rows]))
+    every = np.linspace(0, len(made) - 1, min(len(made), FLIGHTS)).round().astype(int)
+    return [made[k] for k in every]
+
+
+def frequencies(windows: Windows) -> list[float]:
+    """Return the frequency [rad/s] at which flights oscillate about their parabolas, if they do.
+
+    Args:
+        windows: of the records.
+    """
+    seen = flights(windows)
+    if not seen:
+        return []
+    lasts = float(np.median([time[-1] - time[0] for time, _ in seen]))
+    spacing = float(np.median([(time[-1] - time[0]) / (len(time) - 1) for time, _ in seen]))
+    low, high = 2.0 * pi * CYCLES / lasts, 2.0 * pi / (PER_CYCLE * spacing)
+    if high <= low:
+        return []
+    turns = low * RATIO ** np.arange(int(np.log(high / low) / np.log(RATIO)) + 1)
+    off, gains = np.zeros(len(seen)), np.zeros((len(seen), len(turns)))
+    for k, (time, place) in enumerate(seen):
+        since = (time - time.mean()) / (time[-1] - time[0])
+        base = np.linalg.qr(np.stack([np.ones_like(since), since, since**2], axis=1))[0]
+        rest = place - base @ (base.T @ place)
+        off[k] = float(rest @ rest) / (len(rest) - 3)
+        wave = np.exp(1j * np.outer(turns, time - time.mean()))
+        own = np.stack([wave.real, wave.imag], axis=1)
+        own = own - (own @ base) @ base.T
+        normal, right = own @ own.transpose(0, 2, 1), own @ rest
+        sizes = np.linalg.solve(normal + 1e-9 * np.trace(normal[0]) * np.eye(2), right[:, :, None])[:, :, 0]
+        gains[k] = np.sum(sizes * right, axis=1) / (len(rest) - 3)
+    if np.median(off) < LEVEL:
+        return []
+    most = 4.0 * float(np.median(off))
+    share = np.mean(gains * (np.minimum(off, most) / off)[:, None], axis=0) / np.mean(np.minimum(off, most))
+    best = int(np.argmax(share))
+    if share[best] < SHARE or not 0 < best < len(turns) - 1:
+        return []
+    left, here, right_ = share[best - 1 : best + 2]
+    shift = 0.5 * (left - right_) / (left - 2.0 * here + right_)
+    return [float(turns[best] * RATIO**shift)]
+
+
+def _amid(windows: Windows) -> Array:
+    """Return whether readings are between the flanks, (n,)."""
+    place, edge = windows.read - windows.guessed[windows.record[windows.window]], BETWEEN * windows.backlash
+    return (place > edge) & (place < windows.backlash - edge)
+
+
+def _flight(windows: Windows) -> float:
+    """Return the part of windows, from their beginning on, in which most are still in their first flight."""
+    ends = np.ones(len(windows))
+    share, met = (windows.node + windows.beyond) / (windows.drive[0].shape[1] - 1), ~_amid(windows)
+    np.minimum.at(ends, windows.window[met], share[met])
+    return float(np.quantile(ends, FLYING))
+
+
+def carrying(windows: Windows, turns: Sequence[float], now: State, start: State) -> State:
+    """Return a state of a sample of windows with a body on a spring as well, of the frequency that leaves least.
+
+    Args:
+        windows: sample.
+        turns: frequencies that are tried [rad/s]; any up to those that nodes resolve without.
+        now: state of the sample, whose zeros and starts are taken.
+        start: causes to start with.
+    """
+    restore(windows, now)
+    few = windows.some(BODY_WINDOWS)[0]
+    few.zeros, few.weight = windows.guessed.copy(), np.ones(len(few))
+    own, cycle = windows.values.inertia, 2.0 * pi / windows.fall
+    law = Candidate(BODY, {}, "inertia", own, False, ())
+    flight = _flight(few)
+    falls = _tried(few.until(flight), start.causes, _cause(law, SHORTEST / 2.0 * cycle, FIRST), anew=True)
+    size = float(falls.causes[-1].numbers[0]) / own
+    grid = cycle * LONGEST * DENSE ** np.arange(int(np.log(SHORTEST / LONGEST) / np.log(DENSE)) + 1)
+    near = [turn * DENSE**k for turn in turns for k in NEIGHBOURS]
+    reach = FARTHER[0] * flight
+    part = few.until(reach) if reach < 1.0 else few
+    found = [_tried(part, falls.causes[:-1], _cause(law, turn, size), SHORT) for turn in near or grid.tolist()]
+    found = _apart(part, found)
+    if not _level(part, found[0]) < HELPS * _level(part, _longer(part, falls._replace(causes=falls.causes[:-1]))):
+        restore(windows, now)
+        return now
+    while part is not few:
+        reach *= FARTHER[1]
+        part = few.until(reach) if reach < 1.0 else few
+        found = [_longer(part, one) for one in found]
+    best = min(found, key=lambda one: _level(few, one))
+    restore(windows, now)
+    windows.zeros, windows.weight = best.zeros.copy(), np.ones(len(windows))
+    return _longer(windows, best)
+
+
+def _apart(windows: Windows, tries: Sequence[State]) -> list[State]:
+    """Return the best states of other frequencies each."""
+    made: list[State] = []
+    for one in sorted(tries, key=lambda one: _level(windows, one)):
+        turn = swings(one.causes[-1])[0]
+        if all(abs(turn / swings(other.causes[-1])[0] - 1.0) > SAME for other in made):
+            made.append(one)
+    return made[:KEPT]
+
+
+def _cause(law: Candidate, turn: float, size: float) -> Cause:
+    """Return a body of a natural frequency [rad/s] and an inertia over that of the gear."""
+    per = (1.0 + 1.0 / size) / law.unit
+    shape = {"stiffness": turn**2 / per, "damping": 2.0 * DAMPING * turn / per}
+    return begin(law._replace(shape=shape), np.array([size]))
+
+
+def _tried(part: Windows, causes: Sequence[Cause], cause: Cause, rounds: int = 8, *, anew: bool = False) -> State:
+    """Return a fit of one more cause in beginnings of windows."""
+    every = (*causes, cause)
+    zeros, starts = part.zeros.copy(), part.starts
+    part.restart(effects_of(every), anew=anew)
+    made = fitted(part, state_of(part, every, part.residuals(effects_of(every))), rounds)
+    part.zeros, part.starts = zeros, starts
+    return made
+
+
+def _longer(part: Windows, now: State) -> State:
+    """Return a fit in windows of another length, or other ones, whose starts follow their readings."""
+    part.zeros, part.turned, part.weight = now.zeros.copy(), now.turned.copy(), np.ones(len(part))
+    if len(part) == len(now.starts.place):
+        part.starts = now.starts
+    effects = effects_of(now.causes)
+    part.restart(effects)
+    rest = followed(part, effects, part.residuals(effects))
+    return fitted(part, state_of(part, now.causes, rest))
+
+
+def _level(windows: Windows, now: State) -> float:
+    """Return the usual mean square of residuals."""
+    return float(np.median(windows.level(now.rest)))
+
+
+def playing(windows: Windows, now: State, least: float) -> State:
+    """Return a state whose last cause, a body on a spring, has play as well where that gains so much."""
+    if not now.causes or now.causes[-1].candidate.kind != BODY:  # no body helps
+        return now
+    best = now
+    for part in PLAYS if _level(windows, now) > NOISE else ():
+        restore(windows, now)
+        tried = polished(windows, _longer(windows, now._replace(causes=(*now.causes[:-1], _loose(windows, now, part)))))
+        if gain_of(windows, best, tried)[0] > least:
+            best = tried
+    restore(windows, best)
+    return best
+
+
+def _loose(windows: Windows, now: State, part: float) -> Cause:
+    """Return the last cause, a body on a spring, with a play of a part of the backlash."""
+    cause = now.causes[-1]
+    damping = max(float(cause.numbers[2]), LEAST * cause.candidate.shape["damping"])
+    shape = {"stiffness": float(np.exp(cause.numbers[1])), "damping": damping}
+    shape["play"] = part * windows.backlash / windows.radii[1]
+    return begin(cause.candidate._replace(shape=shape), cause.numbers[:1] / cause.candidate.unit)
+
+
+# Minimum number of rebounds.
+FEWEST_REBOUNDS = 20
+# Fraction of outlying impacts: wrongly segmented, or merged.
+OUTLYING = 0.003
+# Maximum fraction of missed rebounds above the detection limit of a record, and its prior mean.
+MISSED, USUALLY_MISSED = 0.9, 0.1
+# Initial logits of that fraction: 2 % and half of ``MISSED``.
+MISSED_STARTS = (-4.0, 0.0)
+# Standard deviation of the logarithm of the factor on stated errors.
+ERROR_FACTOR = 0.3
+# Fraction of the rebounds that are weak.
+WEAKER = 0.25
+# Information of an impact without rebound, relative to one with rebound, below which it is skipped.
+INFORMATIVE = 0.01
+
+
+class Rebounds(NamedTuple):
+    """Impacts of all records, in coefficients of restitution, (b,).
+
+    Args:
+        ratio: rebound over approach speed; NaN without a detected rebound.
+        error: standard deviation of the ratio by the errors of both speeds.
+        cut: detection limit of the ratio.
+        speed: of approach [m/s].
+        side: +1 on the active, -1 on the reverse flank.
+        record: index of the record.
+    """
+
+    ratio: Array
+    error: Array
+    cut: Array
+    speed: Array
+    side: Array
+    record: Array
+
+    @property
+    def seen(self) -> Array:
+        """Whether the rebound was detected, (b,)."""
+        return np.isfinite(self.ratio)
+
+
+class Scatter(NamedTuple):
+    """The scatter of restitution.
+
+    Args:
+        value: standard deviation of the coefficient.
+        sigma: of the value.
+        gain: fall of chi-square against errors of the speeds alone.
+        noise: factor on the stated errors of the speeds.
+        missed: fraction of missed rebounds above the detection limit.
+    """
+
+    value: float
+    sigma: float
+    gain: float
+    noise: float
+    missed: float
+
+
+def rebounds(records: Sequence[Evidence]) -> Rebounds:
+    """Return the impacts of records in coefficients of restitution."""
+    rows = []
+    for k, one in enumerate(records):
+        seen = one.channels.censored_impacts
+        slack = np.where(seen.seen, seen.rebound_sigma, _weakest(seen))
+        error = np.hypot(slack, one.rig.restitution * seen.velocity_sigma) / seen.velocity
+        side = np.where(seen.flank == 0, 1.0, -1.0)
+        rows.append((seen.rebound / seen.velocity, error, seen.lowest / seen.velocity, seen.velocity, side,
+                     np.full(len(side), k)))  # fmt: skip
+    return Rebounds(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+
+
+def _weakest(seen: CensoredImpacts) -> float:
+    """Return the standard deviation of the weaker detected rebounds, as an estimate for the undetected ones."""
+    known = seen.seen & (seen.rebound <= np.nanquantile(seen.rebound, WEAKER)) if np.any(seen.seen) else seen.seen
+    return float(np.median(seen.rebound_sigma[known])) if np.any(known) else 0.0
+
+
+def mean_restitution(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Array:
+    """Return the coefficient of each impact by the rig and effects, (b,)."""
+    effects, found = list(effects), []
+    for one in records:
+        seen, own = one.channels.censored_impacts, [*one.scenario.effects, *effects]
+        rows = [row for effect in own for row in effect.rows(one.rig)]
+        found.append(restitution(rows, one.rig.restitution, seen.velocity, seen.flank))
+    return np.concatenate(found)
+
+
+def scatter(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Scatter | None:
+    """Return the maximum-likelihood scatter of restitution in addition to the errors of the speeds, whose size is free.
+
+    ``None`` with too few rebounds; effects determine the mean.
+    """
+    every = rebounds(records)
+    if np.sum(every.seen) < FEWEST_REBOUNDS:
+        return None
+    cost = _cost(every, mean_restitution(records, effects), np.zeros((len(every.speed), 0)))
+    plain, found = _most_likely(every, cost, np.zeros(0))
+    value = abs(float(found.x[1]))
+    step = max(0.05 * value, 1e-4)
+    profile = [cost(np.array([found.x[0], value + k * step, *found.x[2:]])) for k in (-1.0, 0.0, 1.0)]
+    bend = (profile[0] - 2.0 * profile[1] + profile[2]) / step**2
+    sigma = float(np.sqrt(2.0 / bend)) if bend > 0.0 else np.inf
+    return Scatter(value, sigma, float(plain.fun - found.fun), _error_factor(found.x[0]), _missed_fraction(found.x[2]))
+
+
+def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
+    """Return records whose impacts have the standard deviations of a scattering restitution.
+
+    A cause of the mean is compared with the scatter, and with the impacts without a rebound. The dependence on speed
+    and flank is fitted with it. A normal error with the slope and curvature of the likelihood replaces that of each
+    impact; one without a rebound becomes an impact.
+
+    Source: the working response of iteratively reweighted least squares (McCullagh & Nelder 1989, section 2.5), of
+    likelihoods that are censored (Tobin 1958).
+    """
+    every = rebounds(records)
+    if np.sum(every.seen) < FEWEST_REBOUNDS:
+        return list(records)
+    middle = float(np.median(every.speed[every.seen]))
+    columns = np.column_stack([np.ones_like(every.speed), every.speed / middle - 1.0, 0.5 * every.side])
+    base = mean_restitution(records)
+    cost = _cost(every, base, columns)
+    begin = np.linalg.lstsq(columns[every.seen], (every.ratio - base)[every.seen], rcond=None)[0]
+    plain, found = _most_likely(every, cost, begin)
+    if plain.fun - found.fun < ACCEPT:
+        return list(records)
+    mean = base + columns @ found.x[3:]
+    made, sigma = working(every, mean, float(found.x[1]), _error_factor(found.x[0]), _missed_fraction(found.x[2]))
+    return [_with_impacts(one, made[every.record == k], sigma[every.record == k]) for k, one in enumerate(records)]
+
+
+def working(
+    every: Rebounds, mean: Array, deviation: float, noise: float = 1.0, missed: float = 0.0
+) -> tuple[Array, Array]:
+    """Return, for each impact, a coefficient and standard deviation with its likelihood's slope and curvature, (b,).
+
+    mean: coefficient of each, (b,); noise: factor on the stated errors; missed: fraction of missed rebounds.
+
+    >>> none, one = np.array([np.nan]), np.ones(1)
+    >>> seen = Rebounds(np.array([0.5]), 0.0 * one, 0.2 * one, one, one, 0 * one)
+    >>> [x.round(3).tolist() for x in working(seen, 0.4 * one, 0.1)]
+    [[0.5], [0.1]]
+    >>> [x.round(3).tolist() for x in working(seen._replace(ratio=none), 0.2 * one, 0.1)]
+    [[0.075], [0.125]]
+    """
+    spread = np.hypot(deviation, noise * every.error)
+    at = (every.cut - mean) / spread
+    ratio = np.exp(-0.5 * at**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(at))
+    weak = 1.0 / (
+        1.0 + missed / max(1.0 - missed, 1e-12) * np.exp(np.minimum(-log_ndtr(at), 700.0))
+    )  # probability that it was weak
+    pull = weak * ratio
+    bend = np.maximum(pull * (pull + at), 1e-12)
+    made = np.where(every.seen, every.ratio, mean - pull / bend * spread)
+    return made, np.where(every.seen, spread, spread / np.sqrt(bend))
+
+
+def _with_impacts(one: Evidence, made: Array, sigma: Array) -> Evidence:
+    """Return a record with its impacts, except those without information."""
+    seen = one.channels.censored_impacts
+    least = float(np.median(sigma[seen.seen])) if np.any(seen.seen) else 0.0
+    kept = seen.seen | (sigma < least / np.sqrt(INFORMATIVE))
+    sign = np.where(seen.flank == 0, -1.0, 1.0)
+    none = np.zeros_like(sigma)
+    impacts = Impacts(seen.time, seen.drive, seen.loose, seen.flank, sign * seen.velocity, none,
+                      -sign * made * seen.velocity, sigma * seen.velocity, seen.seen)  # fmt: skip
+    return replace(one, channels=one.channels._replace(impacts=Impacts(*(column[kept] for column in impacts))))
+
+
+def _error_factor(log: float) -> float:
+    """Return the factor on the stated errors, at least 1: stated errors are not attributed to scatter."""
+    return float(np.exp(max(log, 0.0)))
+
+
+def _missed_fraction(logit: float) -> float:
+    """Return the fraction of missed rebounds above the detection limit."""
+    return OUTLYING + (MISSED - OUTLYING) / (1.0 + float(np.exp(-np.clip(logit, -50.0, 50.0))))
+
+
+def _cost(every: Rebounds, base: Array, columns: Array) -> Callable[[Array], float]:
+    """Return minus twice the log-likelihood of (log noise, scatter, missed fraction, additions to the mean...)."""
+    seen = every.seen
+
+    def cost(numbers: Array) -> float:
+        mean, missed = base + columns @ numbers[3:], _missed_fraction(numbers[2])
+        spread = np.hypot(_error_factor(numbers[0]) * every.error, numbers[1])
+        spread = np.maximum(spread, 1e-9)
+        normal = -0.5 * np.square((every.ratio[seen] - mean[seen]) / spread[seen]) - np.log(
+            np.sqrt(2.0 * np.pi) * spread[seen]
+        )
+        shown = np.logaddexp(normal + np.log1p(-OUTLYING), np.log(OUTLYING)) + np.log1p(-missed)
+        below = log_ndtr((every.cut[~seen] - mean[~seen]) / spread[~seen])
+        hidden = np.logaddexp(below + np.log1p(-missed), np.log(missed))
+        likely = float(np.sum(shown) + np.sum(hidden))
+        return (
+            -2.0 * likely + (numbers[0] / ERROR_FACTOR) ** 2 + 2.0 * missed / USUALLY_MISSED + (numbers[2] / 10.0) ** 2
+        )
+
+    return cost
+
+
+def _most_likely(every: Rebounds, cost: Callable[[Array], float], begin: Array) -> tuple[Any, Any]:
+    """Return the maximum-likelihood noise alone, and noise and scatter together, each with additions to the mean."""
+    from scipy.optimize import minimize
+
+    usual = max(float(np.median(every.error[every.seen])), 1e-4)
+    apart = every.ratio[every.seen] - np.median(every.ratio[every.seen])
+    wide = max(1.4826 * float(np.median(np.abs(apart))), usual)
+    options = {"xatol": 1e-5, "fatol": 1e-3, "maxiter": 4000, "maxfev": 4000, "adaptive": True}
+
+    def least(function: Callable[[Array], float], starts: list[list[float]]) -> Any:
+        tried = [minimize(function, [*one, *begin], method="Nelder-Mead", options=options) for one in starts]
+        best = min(tried, key=lambda each: each.fun)
+        return minimize(function, best.x, method="Nelder-Mead", options=options) if len(begin) else best
+
+    plain = least(lambda x: cost(np.concatenate([x[:1], [0.0], x[1:]])), [[0.5, logit] for logit in MISSED_STARTS])
+    few, many = MISSED_STARTS[0], float(plain.x[1])
+    return plain, least(cost, [[0.0, wide, few], [0.2, 0.3 * usual, few], [0.2, 0.3 * usual, many]])
