@@ -24,9 +24,9 @@ from gears3d.diagnosis.prediction import project_out as project_out
 from gears3d.diagnosis.prediction import residuals as residuals
 from gears3d.diagnosis.prediction import rms_of as rms_of
 from gears3d.diagnosis.preprocessing import preprocess as preprocess
+from gears3d.diagnosis.residual_patterns import Resonance as Resonance
 from gears3d.diagnosis.residual_patterns import Structure as Structure
 from gears3d.diagnosis.residual_patterns import gap_deceleration as gap_deceleration
-from gears3d.diagnosis.resonance import Resonance as Resonance
 from gears3d.diagnosis.search import Search as Search
 from gears3d.renamed import renamed_in
 

@@ -24,7 +24,6 @@ from gears3d.diagnosis.causes import (
 )
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
-from gears3d.diagnosis.hypotheses import Rival
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     BODY,
@@ -36,9 +35,9 @@ from gears3d.diagnosis.path_fit import (
     effects_of,
 )
 from gears3d.diagnosis.path_search import Against, Path, against, halves, path_search, promised
-from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.preprocessing import settled, turn
-from gears3d.diagnosis.search import ENOUGH, Search, blind, given, in_own_channels
+from gears3d.diagnosis.run_information import covariance
+from gears3d.diagnosis.search import ENOUGH, Rival, Search, blind, given, in_own_channels
 from gears3d.diagnosis.shooting import NOISE, Windows, shootable
 from gears3d.diagnosis.verdict import PLACES
 from gears3d.effects import Code, catalogue

@@ -21,23 +21,20 @@ from gears3d.diagnosis.contact_law import (
 )
 from gears3d.diagnosis.evidence import Paths, uncut
 from gears3d.diagnosis.heldout import EngineCheck, Split, engine_check, heldout_3d, heldout_summary, splits
-from gears3d.diagnosis.hypotheses import Experiment, Rival, experiments, rivals
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
-from gears3d.diagnosis.posterior import Probable, posterior
 from gears3d.diagnosis.preprocessing import (
     Note,
     segmented,
     usable,
 )
-from gears3d.diagnosis.residual_patterns import Structure
+from gears3d.diagnosis.residual_patterns import Resonance, Structure, resonance
 from gears3d.diagnosis.residual_tests import (
     consistent_causes,
     count_notes,
     own_scatter,
     whole_channels,
 )
-from gears3d.diagnosis.resonance import Resonance, resonance
-from gears3d.diagnosis.search import Search, blind
+from gears3d.diagnosis.search import Experiment, Probable, Rival, Search, blind, experiments, posterior, rivals
 from gears3d.diagnosis.validity import phase_notes, split_accepted, tested_by_path, tested_by_prediction, tooth_notes
 from gears3d.diagnosis.verdict import (
     Named,

@@ -25,7 +25,6 @@ from gears3d.diagnosis.causes import (
     excluding,
     price,
 )
-from gears3d.diagnosis.hypotheses import Rival, is_same
 from gears3d.diagnosis.path_candidates import SCORED, Scatter, carrying, fewer, frequencies, playing, scores_of
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
@@ -55,7 +54,7 @@ from gears3d.diagnosis.path_fit import (
     state_of,
     with_spread,
 )
-from gears3d.diagnosis.posterior import occam
+from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.effects import SensorEffect
 from gears3d.errors import InputError

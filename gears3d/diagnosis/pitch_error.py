@@ -17,7 +17,6 @@ import numpy as np
 from gears3d.diagnosis.causes import EXCLUDED, ONE_SIDED, SHOWS, Candidate, Cause, begin, fit, significance
 from gears3d.diagnosis.channels import VelocityJumps
 from gears3d.diagnosis.evidence import Evidence, Paths
-from gears3d.diagnosis.hypotheses import Rival
 from gears3d.diagnosis.prediction import (
     GEARS,
     NEGLIGIBLE,
@@ -31,7 +30,7 @@ from gears3d.diagnosis.prediction import (
 )
 from gears3d.diagnosis.preprocessing import delay_of, preprocess
 from gears3d.diagnosis.residual_patterns import Structure
-from gears3d.diagnosis.search import Search, aligned_search, keeping, on_both_flanks
+from gears3d.diagnosis.search import Rival, Search, aligned_search, keeping, on_both_flanks
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
 from gears3d.units import show

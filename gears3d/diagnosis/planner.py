@@ -18,7 +18,7 @@ import numpy as np
 
 from gears3d.diagnosis.causes import EXCLUDED, parameters, table
 from gears3d.diagnosis.path_fit import SOFT
-from gears3d.diagnosis.resonance import sensor_of
+from gears3d.diagnosis.residual_patterns import sensor_of
 from gears3d.diagnosis.run_information import (
     Encoder,
     Look,

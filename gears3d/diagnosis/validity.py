@@ -20,12 +20,11 @@ from gears3d.units import show
 if TYPE_CHECKING:
     from gears3d.diagnosis.causes import Cause
     from gears3d.diagnosis.evidence import Evidence, Paths
-    from gears3d.diagnosis.hypotheses import Rival
     from gears3d.diagnosis.path_candidates import Scatter
     from gears3d.diagnosis.path_search import Path
     from gears3d.diagnosis.pitch_error import ShortTooth
     from gears3d.diagnosis.residual_patterns import Structure
-    from gears3d.diagnosis.search import Search
+    from gears3d.diagnosis.search import Rival, Search
     from gears3d.measured.checks import Admitted
     from gears3d.scenario import Scenario
 

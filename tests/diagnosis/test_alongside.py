@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, begin
-from gears3d.diagnosis.contact_episodes import LAW_CHANNELS, contact_episodes, fit_episodes, promised_gains, subset
-from gears3d.diagnosis.contact_law import shortlist, with_further_causes
+from gears3d.diagnosis.contact_law import (
+    LAW_CHANNELS,
+    contact_episodes,
+    fit_episodes,
+    promised_gains,
+    shortlist,
+    subset,
+    with_further_causes,
+)
 from gears3d.effects import catalogue
 from gears3d.measured.segmentation import path_of
 from gears3d.views.pages.diagnosed import render

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.hypotheses import RUN_DURATION, rivals, runs
-from gears3d.diagnosis.search import known_of
+from gears3d.diagnosis.search import RUN_DURATION, known_of, rivals, runs
 from gears3d.measured.checks import admit
 from gears3d.scenario import load
 from gears3d.simulation import record

@@ -52,8 +52,7 @@ def test_a_law_of_contact_is_named_and_measured(tmp_path, kind):
 
 
 def test_no_law_of_contact_where_flanks_are_rigid(tmp_path):
-    from gears3d.diagnosis.contact_episodes import contact_episodes
-    from gears3d.diagnosis.contact_law import contact_law
+    from gears3d.diagnosis.contact_law import contact_episodes, contact_law
 
     for kinds in ((), ("restitution_speed",)):
         _, admitted = hidden(tmp_path / f"c{len(kinds)}", kinds, **SHORT)

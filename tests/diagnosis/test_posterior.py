@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from gears3d.diagnosis.posterior import OUTSIDE, PRIOR, STATED, occam, options, posterior
+from gears3d.diagnosis.search import OUTSIDE, PRIOR, STATED, occam, options, posterior
 
 POINTS, SIZE = 400, 30.0
 

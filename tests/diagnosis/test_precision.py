@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.precision import STRETCHES, _wider
+from gears3d.diagnosis.run_information import STRETCHES, _wider
 
 RECORDS, POINTS, DRAWS = 5, 480, 1500
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.resonance import resonance
+from gears3d.diagnosis.residual_patterns import resonance
 
 RATE, LASTS, BACKLASH = 5000.0, 4.0, 3e-4
 SPEEDS = (5.0, 9.0, 21.0)

@@ -25,7 +25,7 @@ from gears3d.views.plots.numbers import Figure, figure, percent, plain, pretty, 
 
 if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis
-    from gears3d.diagnosis.hypotheses import Experiment
+    from gears3d.diagnosis.search import Experiment
     from gears3d.diagnosis.verdict import Named
 
 # Residual patterns that get a chart.
