@@ -121,7 +121,7 @@ def _write(found: Diagnosis, out: Path, made: dict[str, Any]) -> None:
 def _replay(found: Diagnosis, admitted: Sequence[Admitted], file: Path) -> str:
     """Write the replay and return a line about it; where that fails, report the reason and remove an earlier replay."""
     from gears3d.cli.progress import bars
-    from gears3d.diagnosis.excerpt import excerpt
+    from gears3d.diagnosis.validity import excerpt
     from gears3d.errors import GearsError
     from gears3d.views.replay.document import beside, off
     from gears3d.views.replay.scene import require_rerun

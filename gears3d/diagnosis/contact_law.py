@@ -15,8 +15,8 @@ import numpy as np
 
 from gears3d.diagnosis.causes import ACCEPT, EXCLUDED, SLOPE_STEP, Candidate, Cause, begin, candidates
 from gears3d.diagnosis.evidence import Paths
-from gears3d.diagnosis.heldout import Split
 from gears3d.diagnosis.prediction import deviation, torque
+from gears3d.diagnosis.residual_tests import Split
 from gears3d.diagnosis.search import PRICE
 from gears3d.effects import Code, Rig, Row, catalogue
 from gears3d.errors import InputError

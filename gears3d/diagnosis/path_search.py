@@ -1,15 +1,14 @@
-"""Which causes make the path itself come true: score tests and refits in windows of all records.
+"""Stepwise selection of causes by trajectory residuals: score tests and refits in windows of all records.
 
-What flights, contacts and impacts say one by one depends on where records were cut; the path does not. Each candidate
-is tried by how residuals of readings change with its size, what starts and zeros explain taken out; the best are
-fitted, the best of these is taken, and every cause is tested again without it.
+Forward step: candidates are ranked by a score test with starts of windows as nuisance parameters; the best are fitted,
+the best fit is taken. Backward step: a drop-one test of every cause. Records need no segmentation.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from gears3d.diagnosis.causes import (
     LARGEST,
     MODEL_ERROR,
     SMALLEST,
+    Candidate,
     Cause,
     begin,
     excluding,
@@ -59,9 +59,6 @@ from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.effects import SensorEffect
 from gears3d.errors import InputError
 
-if TYPE_CHECKING:
-    from gears3d.diagnosis.causes import Candidate
-
 Array = np.ndarray
 STEADY = 4.0
 """Standard errors, by the scatter over windows, each of which counts for as much as excludes a cause at most, that this
@@ -81,8 +78,7 @@ say nothing of those."""
 DAMPINGS = (0.05, 0.15)
 """Parts of the critical damping at which compliant teeth are tried."""
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
-"""Part of the best score that a candidate needs to be fitted, and in the place of a cause, and causes that are
-exchanged at most."""
+"""Part of the best score that a candidate needs to be fitted, and to replace a cause, and exchanged causes at most."""
 FITTED = (7, 2)
 """Candidates that are fitted in a round, and between films of oil, where a run takes ten times as long."""
 SAME = 0.01

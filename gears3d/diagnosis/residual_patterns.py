@@ -80,6 +80,17 @@ GAP_PLACES = 201
 GAP_SHARE = 0.4
 
 
+def channel_of(name: str) -> str:
+    """Return the channel of a structure by its name.
+
+    >>> channel_of("contact.loss_phase"), channel_of("sensor.delay"), channel_of("flight.speed")
+    ('loss', 'contact', 'flight')
+    """
+    own = {"contact.loss_phase": "loss", "sensor.order_drive": "drive", "impact.duration": "flight"}
+    own |= dict.fromkeys(("sensor.delay", "sensor.ratio"), "contact")
+    return own.get(name, name.split(".")[0])
+
+
 class Structure(NamedTuple):
     """A residual pattern of a channel.
 

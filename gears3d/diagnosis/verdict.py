@@ -23,15 +23,14 @@ from gears3d.diagnosis.causes import (
 )
 from gears3d.diagnosis.contact_law import ContactLawFit
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.path_candidates import Scatter
 from gears3d.diagnosis.path_fit import BODY
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pitch_error import ShortTooth
 from gears3d.diagnosis.prediction import rms_of
 from gears3d.diagnosis.preprocessing import reference_record
-from gears3d.diagnosis.residual_patterns import Structure
-from gears3d.diagnosis.residual_tests import channel_of
+from gears3d.diagnosis.residual_patterns import Structure, channel_of
+from gears3d.diagnosis.residual_tests import UNITS
 from gears3d.diagnosis.run_information import covariance
 from gears3d.diagnosis.search import Option, Rival, Search, options
 from gears3d.effects import catalogue

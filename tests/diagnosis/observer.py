@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.along_path import Shown, shown
 from gears3d.diagnosis.causes import FREE, Cause
+from gears3d.diagnosis.diagnosis import Shown, shown
 from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,

@@ -5,7 +5,7 @@ import pytest
 
 from gears3d.diagnosis import Candidate, added, begin, residuals
 from gears3d.diagnosis.evidence import evidence, uncut
-from gears3d.diagnosis.heldout import (
+from gears3d.diagnosis.residual_tests import (
     contact_stretches,
     drive_start,
     engine_check,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.excerpt import excerpt
+from gears3d.diagnosis.validity import excerpt
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.along_path import shown
+from gears3d.diagnosis.diagnosis import shown
 from gears3d.diagnosis.evidence import Paths
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of

@@ -6,8 +6,8 @@ import pytest
 from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.preprocessing import preprocess
 from gears3d.diagnosis.residual_patterns import simulated
+from gears3d.diagnosis.validity import PathErrors, path_errors
 from gears3d.diagnosis.verdict import Named
-from gears3d.diagnosis.windows import PathErrors, path_errors
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.along_path import PARTED
 from gears3d.diagnosis.causes import Candidate, begin, candidates
+from gears3d.diagnosis.diagnosis import PARTED
 from gears3d.diagnosis.path_candidates import fewer
 from gears3d.diagnosis.path_fit import effects_of, fitted, polished, referenced, restore, rezeroed, settled, state_of
 from gears3d.diagnosis.path_search import against, path_search

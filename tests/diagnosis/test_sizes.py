@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import CHANNELS, preprocess, residuals
-from gears3d.diagnosis.heldout import splits
 from gears3d.diagnosis.prediction import rms_of, sigmas
+from gears3d.diagnosis.residual_tests import splits
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load

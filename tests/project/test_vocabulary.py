@@ -28,7 +28,7 @@ CHECKED = [
 ]
 """Files and folders that are checked."""
 OPEN = [
-    "gears3d/diagnosis/along_path.py",
+    "gears3d/diagnosis/diagnosis.py",
     "gears3d/diagnosis/path_fit.py",
     "gears3d/diagnosis/path_search.py",
     "gears3d/diagnosis/shooting.py",

@@ -7,7 +7,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from gears3d.cli import main
-from gears3d.diagnosis.excerpt import PERIODS, excerpt
+from gears3d.diagnosis.validity import PERIODS, excerpt
 from gears3d.views.replay import scene as colours
 from gears3d.views.replay import viewer
 from gears3d.views.replay.document import NAMES, beside, off

@@ -11,7 +11,7 @@ import numpy as np
 
 from gears3d.diagnosis import CHANNELS, rms_of
 from gears3d.diagnosis.causes import significant_digits
-from gears3d.diagnosis.heldout import UNITS
+from gears3d.diagnosis.residual_tests import UNITS
 from gears3d.diagnosis.verdict import POWER
 from gears3d.files import write_text
 from gears3d.units import show

@@ -12,7 +12,7 @@ from gears3d.diagnosis import deceleration_response, gap_deceleration, impact_si
 from gears3d.diagnosis.causes import contribution
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.residual_tests import channel_of
+from gears3d.diagnosis.residual_patterns import channel_of
 from gears3d.views.pages.charts import series
 
 if TYPE_CHECKING:

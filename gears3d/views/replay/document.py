@@ -62,7 +62,7 @@ from gears3d.views.replay.scene import (
 )
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.excerpt import Excerpt
+    from gears3d.diagnosis.validity import Excerpt
     from gears3d.runs import Run
     from gears3d.scenario import Scenario
     from gears3d.views.camera.film import Event

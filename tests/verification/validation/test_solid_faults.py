@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.heldout import heldout_3d
+from gears3d.diagnosis.residual_tests import heldout_3d
 from gears3d.gears import quasi_static
 from gears3d.scenario import load
 from gears3d.verification.validation.faults import BENCH, FAULTS, judged
