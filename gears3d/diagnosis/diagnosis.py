@@ -1,8 +1,8 @@
 """The complete diagnosis: from records and a rig to deviations, causes, the extended rig and its held-out gain.
 
-First, causes are fitted to the readings themselves by multiple shooting. They are final if they leave no trajectory
-residual beyond noise; causes that no path determines are then tested in the channels. Otherwise all causes are selected
-in the channels of flights, contacts and impacts.
+Causes are first selected by the trajectory residuals of multiple shooting (path search), which needs no segmentation.
+If the residuals are noise, channels of flights, contacts and impacts only decide between hypotheses that windows do not
+distinguish, and test causes that a trajectory does not determine. Otherwise all causes are selected in the channels.
 """
 
 from __future__ import annotations
@@ -93,41 +93,42 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation import Track
 
 Array = np.ndarray
+# Largest part of the trajectory chi-square beyond noise that causes may leave, and the same where they leave more than
+# noise that is known badly may have: 10 % of the error. In records of a model with springs for teeth five wrong causes
+# left 8 % of it, the right one less than noise.
 LEAVES, BEYOND = 0.5, 0.01
-"""Part of the path's chi-square beyond noise that causes may leave at most, and where they leave more than what noise
-that is known badly may come to: a tenth of the error. Five wrong causes left 8 % of it in records of a model with
-springs for teeth, the right one less than noise."""
+# Causes with an effect only near contact loss: its moments show them, the trajectory hardly does.
 FAINT = ("mesh_drag",)
-"""Causes that are felt only where a flank is left: the moments of that show what the path hardly does."""
+# Causes that no trajectory determines: the drive moves as measured.
 UNSEEN = ("drive_motion",)
-"""Causes that no path tells: the drive moves as measured."""
+# Causes that move a flank within less than the distance of two nodes of a window: its trajectory lacks that.
 STEPS = ("pitch_error",)
-"""Causes that move a flank within less than the time between two nodes of a window, so that its path is not theirs."""
+# Largest part of the windows that may diverge from the model: 0 to 1 % did in 15 rigs of the blind benchmark (space, 79
+# to 102) whose causes were found or which had none, 20 % with a single tooth (kinds, 4), 16 % where one record of six
+# was of another rig.
 PARTED = 0.05
-"""Part of the windows that may part from the model: 0 to 1 % did in 15 rigs of the blind benchmark (space, 79 to 102)
-whose causes were found or which had none, 20 % by a single tooth (kinds, 4), 16 % where one record of six was off."""
+# Chi-square per point of channels up to which these distinguish hypotheses: above it, segmentation is wrong.
 AGREE = 1.5
-"""Chi-square a point of channels up to which they tell causes apart: more, and records were cut wrongly."""
+# Largest minimum detectable effect in each place, in units, at which the trajectory excludes one.
 CLEAR = 0.02
-"""Smallest size of an effect in each place, in units, that a path must show to tell that there is none."""
+# Fall of chi-square that the uncertainty of the drive's motion may explain where channels distinguish hypotheses: it
+# was 1 to 17 in four records with a well-known drive, 124 to 472 in one whose drive is known to 1 %.
 UNSURE = 64.0
-"""Fall of chi-square that the uncertainty of the drive's motion may explain where channels tell causes apart: in four
-records whose drive is well known it came to 1 to 17, in one whose drive is known to 1 % to 124 to 472."""
+# Part of a cause's size from which its fit to a trajectory without it begins.
 LITTLE = 0.05
-"""Part of a cause's size from which on it is fitted to a path that is that of the rig without it."""
+# Standard deviations by which a number from events may differ from that of the trajectory, and the least standard
+# deviation of either, in units.
 APART, KNOWN = 3.0, 0.005
-"""Standard deviations by which a number from events may be off that from the path, and how well either is known at
-best, in units."""
 
 
 class AlongPath(NamedTuple):
-    """What the path says of a rig.
+    """The result of the path search, with the tests that decide what the channels are used for.
 
     Args:
-        windows: of the records, as the path's causes have them.
-        path: the causes, and how well they account for it.
-        records: turned to the zeros of one of them.
-        others: records that were not segmented, of which only the path is known.
+        windows: of the records, with the starts and datums of the fit.
+        path: the causes, and the residuals that they leave.
+        records: with angles shifted to a common datum.
+        others: records that could not be segmented.
         names: of the records of the windows.
     """
 
@@ -139,18 +140,18 @@ class AlongPath(NamedTuple):
 
     @property
     def accounts(self) -> bool:
-        """Whether the path comes true to its noise, or to the smallest size of a cause."""
+        """Whether residuals are noise, or below the smallest size of a cause, in enough windows."""
         near = self.path.after <= ACCOUNTS or self.path.missed <= SMALLEST * self.windows.backlash
         leaves = self.path.causes and self.path.after > NOISE and self._leaves(self.path.after)
         return near and self.path.parted <= PARTED and not leaves
 
     def _leaves(self, level: float) -> bool:
-        """Return whether causes with that level of the path leave too much of its error beyond noise."""
+        """Return whether causes with that mean square residual leave too much of the error beyond noise."""
         part = LEAVES if level <= ACCOUNTS else BEYOND
         return level - 1.0 > part * max(self.path.before - 1.0, 1e-9)
 
     def holds_of(self, records: Sequence[Evidence]) -> bool:
-        """Return whether the path comes true in each of some records; restitution that scatters predicts none.
+        """Return whether the causes explain the trajectory of each record; scattering restitution predicts none.
 
         Args:
             records: of the windows.
@@ -160,16 +161,16 @@ class AlongPath(NamedTuple):
         effects = effects_of(self.path.causes)
         level, missed = (self.windows.level(one(effects)) for one in (self.windows.residuals, self.windows.missed))
         own = [self.windows.record == self.names.index(one.name) for one in records]
-        return all(self._comes_true(level[each], missed[each]) for each in own if np.any(each))
+        return all(self._is_explained(level[each], missed[each]) for each in own if np.any(each))
 
-    def _comes_true(self, level: Array, missed: Array) -> bool:
-        """Return whether windows come true to their noise, or to the smallest size of a cause."""
+    def _is_explained(self, level: Array, missed: Array) -> bool:
+        """Return whether residuals of windows are noise, or below the smallest size of a cause."""
         off = float(np.sqrt(np.median(missed)))
         return float(np.median(level)) <= ACCOUNTS or off <= SMALLEST * self.windows.backlash
 
     @property
     def decides(self) -> bool:
-        """Whether the path comes true by causes, or shows that there is none, so that nothing else is to be asked."""
+        """Whether the trajectory determines the causes, or excludes any, so that no channel needs a search."""
         if self.path.causes or self.path.scatter:
             return self.accounts
         clear = self.agrees and max(self.limits.values()) <= CLEAR
@@ -177,65 +178,65 @@ class AlongPath(NamedTuple):
 
     @property
     def carries(self) -> bool:
-        """Whether a body that the loose gear carries is among the causes."""
+        """Whether a second body on the loose gear is among the causes."""
         return any(one.candidate.kind == BODY for one in self.path.causes)
 
     @property
     def agrees(self) -> bool:
-        """Whether the path is that of the rig as it is, to its noise."""
+        """Whether the rig without causes explains the trajectory to its noise."""
         none = not self.path.causes and self.path.scatter is None
         return none and self.path.after <= ACCOUNTS and self.path.parted <= PARTED
 
     @property
     def quiet(self) -> bool:
-        """Whether the path of the rig as it is leaves noise alone."""
+        """Whether the residuals of the rig without causes are noise alone."""
         return self.agrees and self.path.after <= NOISE
 
     @property
     def limits(self) -> dict[str, float]:
-        """Smallest size of an effect that the path shows, in units, by place; compliant teeth have no restitution."""
+        """Minimum detectable effect, in units, by place; compliant teeth have no restitution."""
         soft = any(row.code == Code.GAP_SPRING for row in self.windows.base)
         kinds = {place: kind for place, kind in PLACES.items() if not (soft and place == "impact")}
         return {place: max(self.path.seen.get(kind, np.inf), SMALLEST) for place, kind in kinds.items()}
 
     def found(self) -> tuple[Search, list[list[Rival]]]:
-        """Return the causes as a search has them, and what is not excluded in the place of each."""
-        told = [list(own) for own in self.path.others]
+        """Return the causes as the result of a search, and the competing hypotheses of each."""
+        others = [list(own) for own in self.path.others]
         if not self.records:
             found = blind(self.others)
             now = Fit(self.path.causes, 0.0, self.path.covariance, found.base)
-            return found._replace(fit=now), told
+            return found._replace(fit=now), others
         found = given(self.records, self.path.causes, UNSEEN)
-        if any(one.candidate.kind in LAWS for one in self.path.causes):  # records were cut by rigid dry flanks
+        if any(one.candidate.kind in LAWS for one in self.path.causes):  # segmentation assumed rigid dry flanks
             causes, spread = [*self.path.causes], self.path.covariance
         else:
             by, changed = settled(found.records, self.path.causes)
             if changed > ENOUGH:
                 records = [turn(one, *each) for one, each in zip(self.records, by.tolist(), strict=True)]
                 found = given(records, self.path.causes, UNSEEN)
-            known = self.path.unsure < UNSURE  # channels take the drive's motion as it was measured
-            first = _told_apart(found, self.path.causes, told) if known else list(self.path.causes)
+            known = self.path.unsure < UNSURE  # channels take the drive's measured motion as exact
+            first = _distinguished_by_channels(found, self.path.causes, others) if known else list(self.path.causes)
             causes, spread = _numbers(found, self.path, first, in_own_channels(found, UNSEEN))
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])
         now = Fit(tuple(causes), float(rest @ rest), spread, rest)
-        return found._replace(fit=now), [*told, *([] for _ in causes[len(told) :])]
+        return found._replace(fit=now), [*others, *([] for _ in causes[len(others) :])]
 
     def held(self, found: Search) -> tuple[Split, ...]:
-        """Return what the causes are worth on data that they were not fitted to: of channels, under oil of the path.
+        """Return the held-out prediction by the causes: of channels, or of every second window with laws of contact.
 
         Args:
             found: with the causes.
         """
         if self.records and not any(one.candidate.kind in LAWS for one in found.fit.causes):
             return tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
-        told = halves(self.windows, found.fit.causes) if found.fit.causes else []
+        predicted = halves(self.windows, found.fit.causes) if found.fit.causes else []
         return tuple(
             Split((name,), base, extended, min(extended, 1.0), gain, {"visit": (off, left)})
-            for name, (base, extended, off, left, gain) in zip(("even windows", "odd windows"), told, strict=False)
+            for name, (base, extended, off, left, gain) in zip(("even windows", "odd windows"), predicted, strict=False)
         )
 
     def contradicted(self, found: Search) -> list[bool]:
-        """Return which causes of a search the path gives another size, or leaves it as far off with.
+        """Return which causes of a search have another size by the trajectory, or do not reduce its residuals.
 
         Args:
             found: by a search in channels.
@@ -253,12 +254,12 @@ class AlongPath(NamedTuple):
         return [one.candidate.kind not in UNSEEN and wrong[next(told)] for one in found.fit.causes]
 
     def denies_scatter(self, value: float) -> bool:
-        """Return whether the path, which is that of the rig as it is, does not show a scatter of the restitution."""
+        """Return whether the rig without causes explains the trajectory, and scatter gains too little there."""
         own = Candidate(SCATTER, {}, "standard_deviation", 1.0, False, ())
         return self.agrees and promised(self.windows, begin(own, np.array([value]))) < ACCEPT_PATH
 
     def _off(self, records: Sequence[Evidence], causes: Sequence[Cause], seen: Against | None) -> dict[int, bool]:
-        """Return which causes the path gives another size, or leaves it as far off with."""
+        """Return which causes have another size by the trajectory, or do not reduce its residuals."""
         if seen is None:
             return dict.fromkeys(range(len(causes)), False)
         if not self.accounts:
@@ -272,9 +273,9 @@ class AlongPath(NamedTuple):
         return wrong
 
     def _denies(self, records: Sequence[Evidence], cause: Cause, turned: Sequence[tuple[float, float]]) -> bool:
-        """Return whether the path, which is that of the rig as it is, would show a cause and does not."""
+        """Return whether a cause is detectable in the trajectory, which the rig without causes explains, and absent."""
         numbers = cause.numbers.copy()
-        if cause.candidate.kind not in FAINT:  # which have no slope where they begin
+        if cause.candidate.kind not in FAINT:  # whose sensitivity vanishes at size 0
             numbers[: 2 if cause.candidate.phased else 1] *= LITTLE
         seen = against(self.windows, [cause._replace(numbers=numbers)], turned)
         if seen is None:
@@ -287,12 +288,12 @@ class AlongPath(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """Records as windows show them, and the candidate causes.
+    """Windows of the records, and the candidate causes.
 
     Args:
         windows: of the records.
         candidates: causes.
-        records: those of the windows, with nothing segmented.
+        records: those of the windows, not segmented.
     """
 
     windows: Windows
@@ -301,12 +302,12 @@ class Shown(NamedTuple):
 
 
 def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | None:
-    """Return windows of records and candidate causes; ``None`` where no windows can be shot.
+    """Return windows of records and candidate causes; ``None`` where multiple shooting does not cover the rig.
 
     Args:
         admitted: records of one rig.
         paths: of the records.
-        highest: order that is looked for.
+        highest: order that is searched.
     """
     tracks: list[tuple[Admitted, Track]] = []
     for one in admitted:
@@ -341,19 +342,19 @@ def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | N
 
 def along_path(
     records: Sequence[Evidence], admitted: Sequence[Admitted], paths: Paths, highest: int,
-    told: Callable[[float], None] = lambda part: None,
+    progress: Callable[[float], None] = lambda part: None,
 ) -> AlongPath | None:  # fmt: skip
-    """Return the causes by which the path comes true, or what is left of it; ``None`` where no windows can be shot.
+    """Return the causes by multiple shooting and their residuals; ``None`` where it does not cover the rig.
 
     Args:
         records: of one rig, those that could be segmented.
-        admitted: all, as they came in.
+        admitted: all records.
         paths: of the records.
-        highest: order that is looked for.
-        told: called with the part that is done.
+        highest: order that is searched.
+        progress: called with the part that is done.
     """
     seen = shown(admitted, paths, highest)
-    path = None if seen is None else path_search(seen.windows, seen.candidates, told)
+    path = None if seen is None else path_search(seen.windows, seen.candidates, progress)
     if seen is None or path is None:
         return None
     by = dict(zip([one.name for one in seen.records], seen.windows.turned.tolist(), strict=True))
@@ -361,22 +362,23 @@ def along_path(
     others = [replace(one, turned=tuple(by[one.name])) for one in seen.records if one.name not in there]
     found = AlongPath(seen.windows, path, measured, others, list(by))
     if records and others and not (found.accounts and found.holds_of(others)):  # these may be of another rig
-        return along_path(records, [one for one in admitted if one.file in there], paths, highest, told)
+        return along_path(records, [one for one in admitted if one.file in there], paths, highest, progress)
     return found
 
 
-def _told_apart(found: Search, causes: Sequence[Cause], told: list[list[Rival]]) -> list[Cause]:
-    """Return causes of which channels, that hold all of the records, tell those apart that windows do not.
+def _distinguished_by_channels(found: Search, causes: Sequence[Cause], rivals_of: list[list[Rival]]) -> list[Cause]:
+    """Return causes, with those hypotheses decided by channels that windows do not distinguish.
 
-    Channels that do not see a cause which the path shows do not decide on it: records were cut by flanks without it.
+    Channels hold complete records, windows a sample. A channel without a significant effect of a cause does not decide
+    on it: records were segmented with flanks without it.
 
     Args:
         found: without causes, or with them.
         causes: of the path.
-        told: what is not excluded in the place of each; those that channels exclude are marked.
+        rivals_of: competing hypotheses of each cause; those that channels exclude are marked.
     """
     causes = list(causes)
-    for k, own in enumerate(told):
+    for k, own in enumerate(rivals_of):
         now = fit(found.records, found.base, causes)
         tried = [fit(found.records, found.base, [*causes[:k], one.causes[0], *causes[k + 1 :]]) for one in own]
         open_ = [j for j, one in enumerate(own) if not one.excluded]
@@ -399,18 +401,18 @@ def _told_apart(found: Search, causes: Sequence[Cause], told: list[list[Rival]])
         if best is not None and causes[k] is not instead:
             off = (now.chi2 - chi2) / level
             marked[best] = Rival((instead,), off, True, EXCLUDED * off / least)
-        told[k] = sorted(marked, key=lambda one: one.worse)
+        rivals_of[k] = sorted(marked, key=lambda one: one.worse)
     return causes
 
 
 def _numbers(found: Search, path: Path, first: Sequence[Cause], kept: Sequence[Cause]) -> tuple[list[Cause], Array]:
-    """Return causes with the numbers of path or channels, whichever are known better and agree.
+    """Return causes with the numbers of trajectory or channels: the more precise ones, if they agree.
 
     Args:
         found: with the records.
         path: with its own causes.
-        first: the same, or what channels have in the place of one.
-        kept: that only channels show.
+        first: the same, or the hypothesis that channels prefer to one.
+        kept: found in channels only.
     """
     own = fit(found.records, found.base, [*first, *kept])
     theirs = covariance(found.records, own.causes) if own.causes else own.covariance

@@ -50,21 +50,21 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.shooting import Linearised, Windows
 
 Array = np.ndarray
+# Part of the tried size that is the step of a candidate's sensitivities.
 SCORE_STEP = 0.2
-"""Part of the size at which candidates have their columns."""
+# Windows of a score test.
 SCORED = 32
-"""Windows in which candidates are scored."""
+# Candidates whose sensitivities are whitened together.
 BATCH = 32
-"""Candidates whose columns are made white together."""
+# Smallest part of a cause's effect that a collinear candidate explains; largest part of the joint effect of several
+# causes that fewer may leave, as it is not quite linear; number of candidates of which sets are formed, and of sets
+# that are fitted. Chosen on one rig with equal teeth (seed 1 of the benchmark of three causes); 16 candidates have at
+# most 2516 sets of four.
 ALIKE, NONLINEAR, POOL, SETS = 0.2, 0.02, 16, 2
-"""Part of a cause's effect that a candidate must have to look like it; part of the effect of several that fewer may
-miss, for it is not quite linear in their sizes; candidates from which sets are taken, and sets that are fitted.
-Chosen on one rig of equal teeth (seed 1 of the benchmark of three causes); 16 candidates have 2516 sets of four at
-most."""
 
 
 class Score(NamedTuple):
-    """What a candidate promises: fall of chi-square, its numbers in units, how records are turned for it [rad].
+    """Score test of a candidate: fall of chi-square, numbers in units, shifts of angular datums [rad].
 
     Its worth is chi-square over the square of the first number.
     """
@@ -79,14 +79,14 @@ class Score(NamedTuple):
 def scores_of(
     windows: Windows, known: Sequence[Candidate], now: State, least: float = ACCEPT_PATH, place: int | None = None
 ) -> tuple[list[Score], float]:
-    """Return what each candidate promises, most first, and the level of the residuals, without what promises less.
+    """Return the score tests of candidates above a threshold, best first, and the level of the residuals.
 
     Args:
         windows: of the records.
         known: candidates.
-        now: causes so far.
-        least: fall of chi-square over the level that a candidate must promise.
-        place: of a cause in the place of which candidates are asked about: along the same path, without its part.
+        now: present causes.
+        least: threshold of the fall of chi-square over the level.
+        place: of a cause that is replaced: candidates are tested along the same trajectory, with its effect removed.
     """
     few, mine = windows.some(SCORED)
     rest, along = now.rest[mine[: len(now.rest)]], few.along(effects_of(now.causes))
@@ -104,9 +104,9 @@ def scores_of(
     left = left - others @ (others.T @ left)
     level = float(left @ left) / max(len(left) - others.shape[1] - 2 * len(few), 1)
     scale, found, asked = len(windows) / len(few), [], []
-    turning = _Turning(windows, causes)
+    datums = _Datums(windows, causes)
     record = few.record[few.every[: len(rest)]]
-    able = [one for one in known if one.kind not in (*LAWS, SCATTER) and turning.told(one)]
+    able = [one for one in known if one.kind not in (*LAWS, SCATTER) and datums.testable(one)]
     for one, columns in _effects(along, now.causes, able, lambda rows: away(rows * weight)):
         columns = columns - (columns @ others) @ others.T
         normal, right = _by_record(columns, left, record, len(windows.zeros))
@@ -115,13 +115,13 @@ def scores_of(
             asked.append((scale * float(bound), one, normal, right))
     asked.sort(key=lambda each: -each[0])
     best: dict[str, float] = {}
-    for bound, one, normal, right in asked:  # with a size in each record a candidate gains as much at most
+    for bound, one, normal, right in asked:  # upper bound of the gain: a size in each record
         if bound < max(least * level, best.get(one.kind, 0.0)):
             continue
-        gain, units, by = turning.best(one, normal, right)
+        gain, units, by = datums.best(one, normal, right)
         if one.kind == SQUARED:
             gain, units = gain * float(units[0] > 0.0), np.sqrt(np.maximum(units, 0.0) * one.tried)
-        gain = scale * gain - turning.dear(one) * level
+        gain = scale * gain - datums.penalty(one) * level
         best[one.kind] = max(best.get(one.kind, 0.0), gain)
         found.append(Score(gain, one, units, by, scale * float(normal[:, 0, 0].sum())))
     return sorted(found, key=lambda each: -each.gain), level
@@ -130,7 +130,7 @@ def scores_of(
 def _effects(
     along: Linearised, causes: Sequence[Cause], able: Sequence[Candidate], away: Callable[[Array], Array]
 ) -> Iterator[tuple[Candidate, Array]]:
-    """Yield candidates with how predictions change with each of their numbers, per unit, (p, n), starts taken out."""
+    """Yield candidates with the sensitivities of predictions per unit, (p, n), starts projected out."""
     for at in range(0, len(able), BATCH):
         batch = able[at : at + BATCH]
         own = [_own(along, causes, one) for one in batch]
@@ -139,7 +139,7 @@ def _effects(
 
 
 def _own(along: Linearised, causes: Sequence[Cause], one: Candidate) -> Array:
-    """Return how displacements at the readings change with each number of a candidate, per unit, (p, n)."""
+    """Return the sensitivities of displacements at the readings to the numbers of a candidate, per unit, (p, n)."""
     windows, columns = along.windows, []
     for k in range(2 if one.phased else 1):
         numbers = np.zeros(2 if one.phased else 1)
@@ -155,18 +155,18 @@ def _own(along: Linearised, causes: Sequence[Cause], one: Candidate) -> Array:
 
 
 def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tuple[Cause, ...]]:
-    """Return sets of causes of fewer numbers that have along the present path the effect of the present causes.
+    """Return sets of causes with fewer numbers that are collinear with the present causes.
 
-    Several causes may stand for fewer that were not found: a deviation of one gear and one of the other for an
-    eccentricity. Along one path effects are nearly linear in their sizes, so that every small set can be tried.
+    Several causes may approximate fewer that were not found: a deviation of each gear for an eccentricity. Along one
+    trajectory effects are nearly linear in their sizes, so that every small set can be tried by linear regression.
 
     Args:
         windows: of the records.
         known: candidates.
-        now: causes that are there.
+        now: present causes.
 
     Returns:
-        Of each group of causes that look like the same candidates, the best sets of one, two and more.
+        Of each group of causes collinear with the same candidates, the best sets of one, two and more.
     """
     few, _ = windows.some(SCORED)
     along = few.along(effects_of(now.causes))
@@ -180,8 +180,8 @@ def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tupl
         size = (one.numbers / one.units)[: 2 if one.candidate.phased else 1]
         column = found[:, at : at + len(size)] @ size
         done.append(column - zeros @ (zeros.T @ column))
-    turning, able, columns = _Turning(windows, now.causes), [], []
-    asked = [one for one in known if one.kind not in (*LAWS, SCATTER, SQUARED) and turning.fixed(one)]
+    datums, able, columns = _Datums(windows, now.causes), [], []
+    asked = [one for one in known if one.kind not in (*LAWS, SCATTER, SQUARED) and datums.fixed(one)]
     for one, rows in _effects(along, now.causes, asked, lambda rows: away(rows * weight)):
         own = (rows - (rows @ zeros) @ zeros.T).T
         if np.all(np.isfinite(own)) and np.any(own):
@@ -203,12 +203,12 @@ def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tupl
 
 
 def _share(own: Array, column: Array) -> float:
-    """Return the part of a column that others explain."""
+    """Return the part of the square of a column that others explain."""
     return float(np.sum((np.linalg.qr(own)[0].T @ column) ** 2) / max(float(column @ column), 1e-300))
 
 
 def _groups(alike: Array) -> list[list[int]]:
-    """Return groups of two causes or more that look like the same candidates, from a table, (causes, candidates)."""
+    """Return groups of two or more causes collinear with the same candidates, by a table, (causes, candidates)."""
     joined = alike.astype(int) @ alike.T.astype(int) > 0
     groups: list[list[int]] = []
     left = set(range(len(alike)))
@@ -224,7 +224,7 @@ def _groups(alike: Array) -> list[list[int]]:
 
 
 def _sets(columns: Sequence[Array], whole: Array, numbers: int, most: int) -> list[tuple[tuple[int, ...], list[Array]]]:
-    """Return the best sets of columns of fewer numbers that explain nearly all of another, with their numbers."""
+    """Return the best sets of columns, of fewer numbers, that explain nearly all of another, with their numbers."""
     ends = np.cumsum([0, *(one.shape[1] for one in columns)])
     table = np.column_stack(columns)
     normal, right, total = table.T @ table, table.T @ whole, float(whole @ whole)
@@ -251,12 +251,12 @@ def _by_record(columns: Array, left: Array, record: Array, count: int) -> tuple[
     return np.array(normal).transpose(2, 0, 1), np.array(right).T
 
 
-class _Turning:
-    """How records whose encoders begin anywhere are turned for a candidate.
+class _Datums:
+    """Angular datums of records without index marks, as nuisance parameters of a candidate.
 
     Args:
         windows: of the records.
-        causes: that are there, by which angles may be aligned already.
+        causes: present ones, which may have aligned the datums.
     """
 
     def __init__(self, windows: Windows, causes: Sequence[Cause]) -> None:
@@ -267,30 +267,30 @@ class _Turning:
         }
 
     def _free(self, one: Candidate) -> int:
-        """Return how many angles a candidate has beyond one."""
+        """Return the number of unknown datums of a candidate beyond the first."""
         gear = goes_by(one)
         if not gear or self.orders[gear]:
             return 0
         lost = self.windows.lost[:, GEARS.index(gear)]
         return int(lost.sum()) - bool(np.all(lost))
 
-    def told(self, one: Candidate) -> bool:
-        """Return whether a candidate can be asked about: not a tooth, where angles are not aligned."""
+    def testable(self, one: Candidate) -> bool:
+        """Return whether a candidate can be tested: not a single tooth, where datums are unknown."""
         return one.phased or not self._free(one)
 
     def fixed(self, one: Candidate) -> bool:
-        """Return whether the angles that a candidate goes by are those of the causes, in all records."""
+        """Return whether the datums of a candidate are known, or those of the present causes, in all records."""
         gear = goes_by(one)
         if not gear or not np.any(self.windows.lost[:, GEARS.index(gear)]):
             return True
         return not self._free(one) and order_of(one) % max(gcd(*self.orders[gear]), 1) == 0
 
-    def dear(self, one: Candidate) -> float:
-        """Return the chi-square that a candidate must gain more for the angles that it has free."""
+    def penalty(self, one: Candidate) -> float:
+        """Return the chi-square that a candidate must gain in addition for its unknown datums."""
         return worth_of(self._free(one))
 
     def best(self, one: Candidate, normal: Array, right: Array) -> tuple[float, Array, Array]:
-        """Return the gain of a candidate, its numbers in units, and by how much records are turned, (r, 2) [rad].
+        """Return the gain of a candidate, its numbers in units, and the shifts of angular datums, (r, 2) [rad].
 
         Args:
             one: the candidate.
@@ -323,7 +323,7 @@ class _Turning:
 
     @staticmethod
     def _branches(seen: Phases, lost: Array, period: float) -> Array:
-        """Return by how many whole periods of orders that are aligned each record is turned [rad], (r,)."""
+        """Return the shift of each record by whole periods of the aligned orders [rad], (r,)."""
         own = 2.0 * pi / order_of(seen.candidate)
         first = 0 if np.all(lost) else int(np.argmin(lost))
         away = (seen.phase - seen.phase[first]) / order_of(seen.candidate)
@@ -332,37 +332,36 @@ class _Turning:
         return np.where(lost & (seen.worth > 0.0), tried[np.argmin(off, axis=1)], 0.0)
 
 
-# Part of the backlash off a flank from which on readings are of a flight, and readings of one at least.
+# Smallest distance from a flank of readings in flight, in backlashes, and smallest number of readings of a flight.
 BETWEEN, FLIGHT_READINGS = 0.06, 16
-# Periods in a usual flight at least, readings of a window in a period at least, and ratio of neighbouring frequencies
-# that are sought in flights.
+# Lowest frequency in periods per median flight, highest in readings per period, and ratio of neighbouring frequencies
+# of the periodogram of flights.
 CYCLES, PER_CYCLE, RATIO = 0.8, 6.0, 1.02
-# Flights at most.
+# Largest number of flights.
 FLIGHTS = 200
 # Part of the deviation of flights from a parabola that an oscillation must explain, and its least size in variances
 # of the noise.
 SHARE, LEVEL = 0.4, 1.5
-# Windows in which a body is sought; part of them whose first flight may be shorter than the first fit; ratio of
-# neighbouring frequencies that are tried: in three rigs, those within 10 % led to the hidden one.
+# Windows of the fits of a second body; part of them whose first flight may be shorter than the first fit; ratio of
+# neighbouring frequencies of the grid: in three rigs, fits from within 10 % converged to the hidden one.
 BODY_WINDOWS, FLYING, DENSE = 12, 0.25, 1.1
-# Neighbours of a frequency that flights suggest from which fits begin, too: the inertia of the first may be off.
+# Neighbours of a frequency found in flights from which fits begin as well: the initial inertia may be wrong.
 NEIGHBOURS = (-2, -1, 0, 1, 2)
-# Periods in a fall across the backlash, from which frequencies are tried, and up to which nodes tell them.
+# Lowest frequency of the grid, and highest that nodes resolve, in periods per fall across the backlash.
 LONGEST, SHORTEST = 0.7, 14.0
-# Times the first flight that windows are long in the fits of all frequencies, and times as long in each later one;
-# fits that are kept after the first, and part of its frequency by which another must differ to be another.
+# Length of windows in the first fits, relative to the first flight, and ratio of lengths of later fits; fits that are
+# kept after the first, and smallest relative difference of distinct frequencies.
 FARTHER, KEPT, SAME = (2.2, 1.4), 4, 3e-3
-# Part of the chi-square in beginnings of windows that the best body may leave for fits in longer ones to be made.
+# Largest part of chi-square in beginnings of windows that the best body may leave, for fits in longer ones.
 HELPS = 0.5
-# Inertia over that of the gear from which fits begin, the damping ratio, and rounds of the fits of all frequencies.
+# Initial inertia relative to that of the gear, damping ratio, and rounds of the first fits.
 FIRST, DAMPING, SHORT = 0.2, 0.05, 4
-# Plays from which fits begin, in backlashes, and part of the damping at which a body was tried that one with play
-# begins with at least.
+# Initial plays, in backlashes, and smallest initial damping of a body with play, relative to that tried without.
 PLAYS, LEAST = (0.03, 0.1, 0.3), 0.2
 
 
 def flights(windows: Windows) -> list[tuple[Array, Array]]:
-    """Return times, and displacements of the loose gear as if the drive stood still in noise, of free flights.
+    """Return times and displacements of free flights, less the drive's motion and with its noise.
 
     Args:
         windows: of the records.
@@ -379,7 +378,7 @@ def flights(windows: Windows) -> list[tuple[Array, Array]]:
 
 
 def frequencies(windows: Windows) -> list[float]:
-    """Return the frequency [rad/s] at which flights oscillate about their parabolas, if they do.
+    """Return frequencies [rad/s] at which flights oscillate about their parabolas, if significant.
 
     Args:
         windows: of the records.
@@ -418,13 +417,13 @@ def frequencies(windows: Windows) -> list[float]:
 
 
 def _amid(windows: Windows) -> Array:
-    """Return whether readings are between the flanks, (n,)."""
+    """Return whether readings are in the gap between the flanks, (n,)."""
     place, edge = windows.read - windows.guessed[windows.record[windows.window]], BETWEEN * windows.backlash
     return (place > edge) & (place < windows.backlash - edge)
 
 
 def _flight(windows: Windows) -> float:
-    """Return the part of windows, from their beginning on, in which most are still in their first flight."""
+    """Return the part of windows, from their beginning, in which most are in their first flight."""
     ends = np.ones(len(windows))
     share, met = (windows.node + windows.beyond) / (windows.drive[0].shape[1] - 1), ~_amid(windows)
     np.minimum.at(ends, windows.window[met], share[met])
@@ -432,12 +431,12 @@ def _flight(windows: Windows) -> float:
 
 
 def carrying(windows: Windows, turns: Sequence[float], now: State, start: State) -> State:
-    """Return a state of a sample of windows with a body on a spring as well, of the frequency that leaves least.
+    """Return a state of a sample of windows with a second body, of the frequency with least residuals.
 
     Args:
         windows: sample.
-        turns: frequencies that are tried [rad/s]; any up to those that nodes resolve without.
-        now: state of the sample, whose zeros and starts are taken.
+        turns: frequencies that are tried [rad/s]; without any, a grid up to those that nodes resolve.
+        now: state of the sample, with its datums and starts.
         start: causes to start with.
     """
     restore(windows, now)
@@ -446,14 +445,14 @@ def carrying(windows: Windows, turns: Sequence[float], now: State, start: State)
     own, cycle = windows.values.inertia, 2.0 * pi / windows.fall
     law = Candidate(BODY, {}, "inertia", own, False, ())
     flight = _flight(few)
-    falls = _tried(few.until(flight), start.causes, _cause(law, SHORTEST / 2.0 * cycle, FIRST), anew=True)
+    falls = _short_fit(few.until(flight), start.causes, _cause(law, SHORTEST / 2.0 * cycle, FIRST), anew=True)
     size = float(falls.causes[-1].numbers[0]) / own
     grid = cycle * LONGEST * DENSE ** np.arange(int(np.log(SHORTEST / LONGEST) / np.log(DENSE)) + 1)
     near = [turn * DENSE**k for turn in turns for k in NEIGHBOURS]
     reach = FARTHER[0] * flight
     part = few.until(reach) if reach < 1.0 else few
-    found = [_tried(part, falls.causes[:-1], _cause(law, turn, size), SHORT) for turn in near or grid.tolist()]
-    found = _apart(part, found)
+    found = [_short_fit(part, falls.causes[:-1], _cause(law, turn, size), SHORT) for turn in near or grid.tolist()]
+    found = _distinct(part, found)
     if not _level(part, found[0]) < HELPS * _level(part, _longer(part, falls._replace(causes=falls.causes[:-1]))):
         restore(windows, now)
         return now
@@ -467,8 +466,8 @@ def carrying(windows: Windows, turns: Sequence[float], now: State, start: State)
     return _longer(windows, best)
 
 
-def _apart(windows: Windows, tries: Sequence[State]) -> list[State]:
-    """Return the best states of other frequencies each."""
+def _distinct(windows: Windows, tries: Sequence[State]) -> list[State]:
+    """Return the best states of distinct frequencies."""
     made: list[State] = []
     for one in sorted(tries, key=lambda one: _level(windows, one)):
         turn = swings(one.causes[-1])[0]
@@ -478,14 +477,14 @@ def _apart(windows: Windows, tries: Sequence[State]) -> list[State]:
 
 
 def _cause(law: Candidate, turn: float, size: float) -> Cause:
-    """Return a body of a natural frequency [rad/s] and an inertia over that of the gear."""
+    """Return a second body of a natural frequency [rad/s] and an inertia relative to that of the gear."""
     per = (1.0 + 1.0 / size) / law.unit
     shape = {"stiffness": turn**2 / per, "damping": 2.0 * DAMPING * turn / per}
     return begin(law._replace(shape=shape), np.array([size]))
 
 
-def _tried(part: Windows, causes: Sequence[Cause], cause: Cause, rounds: int = 8, *, anew: bool = False) -> State:
-    """Return a fit of one more cause in beginnings of windows."""
+def _short_fit(part: Windows, causes: Sequence[Cause], cause: Cause, rounds: int = 8, *, anew: bool = False) -> State:
+    """Return a fit with one more cause in the beginnings of windows."""
     every = (*causes, cause)
     zeros, starts = part.zeros.copy(), part.starts
     part.restart(effects_of(every), anew=anew)
@@ -495,7 +494,7 @@ def _tried(part: Windows, causes: Sequence[Cause], cause: Cause, rounds: int = 8
 
 
 def _longer(part: Windows, now: State) -> State:
-    """Return a fit in windows of another length, or other ones, whose starts follow their readings."""
+    """Return a fit in windows of another length, or other windows, with starts fitted to their readings."""
     part.zeros, part.turned, part.weight = now.zeros.copy(), now.turned.copy(), np.ones(len(part))
     if len(part) == len(now.starts.place):
         part.starts = now.starts
@@ -506,13 +505,13 @@ def _longer(part: Windows, now: State) -> State:
 
 
 def _level(windows: Windows, now: State) -> float:
-    """Return the usual mean square of residuals."""
+    """Return the median mean square of residuals."""
     return float(np.median(windows.level(now.rest)))
 
 
 def playing(windows: Windows, now: State, least: float) -> State:
-    """Return a state whose last cause, a body on a spring, has play as well where that gains so much."""
-    if not now.causes or now.causes[-1].candidate.kind != BODY:  # no body helps
+    """Return a state whose last cause, a second body, has play, where that gains enough."""
+    if not now.causes or now.causes[-1].candidate.kind != BODY:  # no second body
         return now
     best = now
     for part in PLAYS if _level(windows, now) > NOISE else ():
@@ -525,7 +524,7 @@ def playing(windows: Windows, now: State, least: float) -> State:
 
 
 def _loose(windows: Windows, now: State, part: float) -> Cause:
-    """Return the last cause, a body on a spring, with a play of a part of the backlash."""
+    """Return the last cause, a second body, with a play that is a part of the backlash."""
     cause = now.causes[-1]
     damping = max(float(cause.numbers[2]), LEAST * cause.candidate.shape["damping"])
     shape = {"stiffness": float(np.exp(cause.numbers[1])), "damping": damping}

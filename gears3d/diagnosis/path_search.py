@@ -1,7 +1,8 @@
-"""Stepwise selection of causes by trajectory residuals: score tests and refits in windows of all records.
+"""Path search: stepwise selection of causes by trajectory residuals of multiple shooting.
 
-Forward step: candidates are ranked by a score test with starts of windows as nuisance parameters; the best are fitted,
-the best fit is taken. Backward step: a drop-one test of every cause. Records need no segmentation.
+Input: windows of all records, and candidates; no segmentation. Forward step: a score test ranks candidates, with starts
+of windows as nuisance parameters; the best are fitted, and the best fit is taken. Backward step: a drop-one test of
+each cause. Result: causes, covariance, residuals, and by likelihood ratio the hypotheses that are not excluded.
 """
 
 from __future__ import annotations
@@ -60,55 +61,55 @@ from gears3d.effects import SensorEffect
 from gears3d.errors import InputError
 
 Array = np.ndarray
+# Significance of a fall of chi-square over windows, in standard errors; a window counts for no more than excludes a
+# cause. Gains in 14 windows of 100 reach it.
 STEADY = 4.0
-"""Standard errors, by the scatter over windows, each of which counts for as much as excludes a cause at most, that this
-fall must differ from none by: that of fourteen windows out of a hundred."""
+# The same of small falls, over the root of the fall: 0.5 where all windows gain equally. It was 0.45 of a restitution
+# in a rig of the blind benchmark (space3, 4); no cause is named in nine rigs without one.
 EVEN = 0.4
-"""The same of small falls, over the root of the fall: where all windows gain alike it is 0.5 at most. It was 0.45 of a
-restitution in a rig of the blind benchmark (space3, 4); with it nothing is named in nine rigs without a cause."""
+# Sizes in units from the best of which the fit of a scatter begins, and rounds of its re-estimation from the kicks.
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
-"""Sizes in units from the best of which the fit of a scatter begins, and rounds in which the size follows the kicks."""
+# Sizes in units at which nonlinear causes are tried: laws of contact, and an offset that keeps the gear from a flank;
+# score tests at size 0 have no power for these.
 SIZES = {
     OIL: (0.03, 0.06, 0.12, 0.25, 0.5),
     SOFT: (1.6, 2.5, 4.0, 6.3, 10.0, 25.0, 100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0),
     "backlash_offset": (-0.6, -0.4, -0.25, -0.1, 0.1, 0.25, 0.5, 1.0),
 }
-"""Sizes in units at which laws of contact are tried, and what moves a flank away from where the path meets it: slopes
-say nothing of those."""
+# Parts of the critical damping at which compliant teeth are tried.
 DAMPINGS = (0.05, 0.15)
-"""Parts of the critical damping at which compliant teeth are tried."""
+# Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most.
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
-"""Part of the best score that a candidate needs to be fitted, and to replace a cause, and exchanged causes at most."""
+# Candidates that are fitted in a forward step, and with an oil film, where a run takes ten times as long.
 FITTED = (7, 2)
-"""Candidates that are fitted in a round, and between films of oil, where a run takes ten times as long."""
+# Part of what a cause explains by which another must explain less to be excluded: the rest may be model error.
 SAME = 0.01
-"""Part of what a cause explains by which another must explain less, too, to be excluded: the rest is the model's."""
+# Part of the residual chi-square beyond noise by which another cause must be worse to be excluded.
 LEFT = 0.25
-"""Part of the chi-square that is left beyond noise by which another cause must be worse, too."""
+# Standard errors over windows by which the difference of two hypotheses must differ from 0.
 APART = 3.0
-"""Standard errors, by the scatter over windows, that this must differ from none by."""
+# Largest part of the error that a second body may leave to be the first cause.
 MOST_LEFT = 0.25
-"""Part of the path's error that a body on a spring may leave to be the first cause."""
+# Increasing parts of windows, from their beginning, in which causes are selected; residuals in backlashes up to which
+# sensitivities are valid, and from which on, with all causes, the record is of another rig; quantile of windows for
+# both.
 BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
-"""Parts of windows, from their beginning on, in which causes are sought one after the other; parts of the backlash up
-to which the path is near in so many windows, so that slopes say what candidates promise, and from which on, with all
-that is found, it is that of another rig."""
 
 
 class Path(NamedTuple):
-    """Causes by which the path comes true.
+    """Result of the path search: causes with covariance, residuals and competing hypotheses.
 
     Args:
         causes: with their numbers.
         covariance: of all numbers, in the order of the causes [SI], (p, p).
-        gains: fall of chi-square, over its level, that each cause brings beside the others, (c,).
-        before: usual mean square of a window's residuals without causes.
+        gains: fall of chi-square, over its level, by each cause in the drop-one test, (c,).
+        before: median mean square of a window's residuals without causes.
         after: with them.
-        parted: part of the windows whose motion parts from the model's.
-        missed: root mean square of what is left in usual windows [m].
-        windows: how many.
-        others: what was tried in the place of each cause, by chi-square over the level, best first.
-        seen: smallest size of causes of one number that the path shows beside these, in units, by kind.
+        parted: part of the windows whose motion diverges from the model's.
+        missed: median root mean square of residuals [m].
+        windows: number.
+        others: competing hypotheses of each cause, by chi-square over the level, best first.
+        seen: minimum detectable effect of causes of one number in addition to these, in units, by kind.
         scatter: of the restitution, in addition to the causes.
         unsure: fall of chi-square, over its level, that the uncertainty of the drive's motion explains.
     """
@@ -128,12 +129,12 @@ class Path(NamedTuple):
 
 
 class Against(NamedTuple):
-    """Causes that were found otherwise, fitted to the path.
+    """Causes of the channel search, fitted to the trajectory.
 
     Args:
-        causes: with the numbers that the path gives them.
+        causes: with the numbers that fit the trajectory.
         covariance: of these [SI], (p, p).
-        level: usual mean square of a window's residuals with them.
+        level: median mean square of a window's residuals with them.
     """
 
     causes: tuple[Cause, ...]
@@ -142,21 +143,21 @@ class Against(NamedTuple):
 
 
 def path_search(
-    windows: Windows, known: Sequence[Candidate], told: Callable[[float], None] = lambda part: None
+    windows: Windows, known: Sequence[Candidate], progress: Callable[[float], None] = lambda part: None
 ) -> Path | None:
-    """Return the causes that make the path come true; ``None`` where there are too few windows.
+    """Return the causes selected by trajectory residuals; ``None`` with too few windows.
 
     Args:
-        windows: of the records; they are left as the causes have them.
+        windows: of the records; they get the starts and datums of the result.
         known: candidates.
-        told: called with the part that is done.
+        progress: called with the part that is done.
     """
     if len(windows) < SCORED // 4:
         return None
     base = polished(windows, _opened(windows), thorough=True)
-    found = _searched(windows, known, base, lambda part: told(0.5 * part))
-    base, found = _recoloured(windows, known, base, found)
-    found, less, instead = _exchanged(windows, known, base, found, lambda part: told(0.5 + 0.5 * part))
+    found = _selected(windows, known, base, lambda part: progress(0.5 * part))
+    base, found = _with_own_noise(windows, known, base, found)
+    found, less, instead = _exchanged(windows, known, base, found, lambda part: progress(0.5 + 0.5 * part))
     gains = [gain_of(windows, one, found)[0] for one in less]
     others = []
     for gain, (own, excluded) in zip(gains, instead, strict=True):
@@ -167,24 +168,24 @@ def path_search(
     restore(windows, found)
     found = referenced(windows, found)
     restore(windows, found)
-    level, unsure = windows.level(found.rest), _unsure(windows, [found, *(one for own, _ in instead for one in own)])
+    level, unsure = windows.level(found.rest), _by_motion(windows, [found, *(one for own, _ in instead for one in own)])
     usual, covariance = windows.level(windows.missed(effects_of(found.causes))), covariance_of(windows, found)
     made = Path(
         found.causes, covariance, np.array(gains), float(np.median(windows.level(base.rest))),
         float(np.median(level)), float(np.mean(level > FAR * max(float(np.median(level)), 1.0))),
         float(np.sqrt(np.median(usual))), len(windows), tuple(others),
-        _seen(windows, known, found, covariance), unsure=unsure,
+        _detectable(windows, known, found, covariance), unsure=unsure,
     )  # fmt: skip
-    return _apart(made)
+    return _scatter_separated(made)
 
 
-def _unsure(windows: Windows, states: Sequence[State]) -> float:
-    """Return the fall of chi-square, over its level, that the uncertainty of the drive explains in one of states."""
+def _by_motion(windows: Windows, states: Sequence[State]) -> float:
+    """Return the largest fall of chi-square, over its level, that the drive's uncertainty explains in states."""
     return max(fall_of(windows, one.rest, one.beyond)[0] if one.beyond is not None else 0.0 for one in states)
 
 
-def _apart(path: Path) -> Path:
-    """Return a path whose scatter of the restitution is no longer among its causes."""
+def _scatter_separated(path: Path) -> Path:
+    """Return a path with the scatter of restitution as an attribute of its own, not among the causes."""
     kinds = [one.candidate.kind for one in path.causes]
     if SCATTER not in kinds:
         return path
@@ -200,15 +201,15 @@ def _apart(path: Path) -> Path:
 
 
 def halves(windows: Windows, causes: Sequence[Cause]) -> list[tuple[float, float, float, float, float]]:
-    """Return what causes are worth in every second window, fitted to the others, and the other way about.
+    """Return the held-out prediction of every second window by causes fitted to the others, and vice versa.
 
     Args:
         windows: of the records, with starts that fit.
         causes: with their numbers.
 
     Returns:
-        Mean square of residuals without and with the causes, in variances of the noise; root mean squares of the same
-        [m]; gain in log-likelihood.
+        Mean square of residuals without and with the causes, in variances of the noise; their root mean squares [m];
+        gain in log-likelihood.
     """
     made, before = [], state_of(windows, causes, windows.read)
     for first in (0, 1):
@@ -230,12 +231,12 @@ def halves(windows: Windows, causes: Sequence[Cause]) -> list[tuple[float, float
 
 
 def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[float, float]]) -> Against | None:
-    """Return causes that were found otherwise, fitted to the path; ``None`` where the rig cannot have them.
+    """Return causes of the channel search fitted to the trajectory; ``None`` where the rig cannot have them.
 
     Args:
         windows: of the records, with starts that fit.
-        causes: in the place of all others.
-        turned: what is added to the angles of both gears in each record, from which they count [rad].
+        causes: of the channel search.
+        turned: shifts of the angular datums of both gears in each record [rad].
     """
     before = state_of(windows, (), windows.read)
     windows.turned = np.array(turned, float).reshape(-1, 2)
@@ -250,17 +251,17 @@ def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[fl
 
 
 def promised(windows: Windows, scatter: Cause) -> float:
-    """Return by how much a scatter of the restitution lowers chi-square over its level, less its price."""
+    """Return the fall of chi-square, over its level, by a scatter of restitution, less its price."""
     before = state_of(windows, (), windows.read)
     gain = _promised(windows, state_of(windows, (scatter,), windows.residuals(effects_of([scatter]))))
     restore(windows, before)
     return gain
 
 
-def _seen(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:
-    """Return the smallest size of causes of one number that the path shows beside others, in units, by kind.
+def _detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:
+    """Return the minimum detectable effect of causes of one number in addition to others, in units, by kind.
 
-    Of a cause that is there it is the smallest change; what only a cause larger than any would show is left out.
+    Of a cause that is present it is the smallest detectable change; values above the largest size are omitted.
     """
     plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*FREE, *LAWS, SCATTER)]
     there, at = {}, 0
@@ -278,26 +279,25 @@ def _opened(windows: Windows) -> State:
     return rezeroed(windows, fitted(windows, state_of(windows, (), windows.residuals(()))))
 
 
-def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: Callable[[float], None]) -> State:
-    """Return a state with causes added one after the other, as long as they gain.
+def _selected(windows: Windows, known: Sequence[Candidate], base: State, progress: Callable[[float], None]) -> State:
+    """Return a state with causes selected forward, as long as they gain.
 
-    Where the path is so far off that slopes say little, causes are first sought in the beginnings of windows, as long
-    as the path is near with those that are known. Where flights oscillate, a body on a spring is sought first, and
-    where other causes do not explain beginnings.
+    Where residuals are too large for sensitivities, causes are first selected in the beginnings of windows. Where
+    flights oscillate, or other causes do not explain the beginnings, a second body is fitted first.
     """
     turns = frequencies(windows) if any(one.kind == BODY for one in known) else []
     now, done, tried = base, 0.0, bool(turns)
     for own in (turns, ()) if turns else ():
-        now = _swinging(windows, known, own, base) if now is base else now
-    dense = [one for one in known if one.kind not in (BODY, SCATTER)]  # which explain any rebound of a first impact
+        now = _with_second_body(windows, known, own, base) if now is base else now
+    dense = [one for one in known if one.kind not in (BODY, SCATTER)]  # these explain any rebound of a first impact
     while True:
-        done, part, first = _near(windows, now, done)
+        done, part, first = _linear_part(windows, now, done)
         if part is windows:
             break
         if _far(part, first.rest) > ACCOUNTS:
-            found = _added(part, dense, polished(part, _opened(part)), polished(part, first), told)
+            found = _forward(part, dense, polished(part, _opened(part)), polished(part, first), progress)
             if not tried and _far(part, found.rest) > ACCOUNTS:
-                tried, swings = True, _swinging(windows, known, (), base)
+                tried, swings = True, _with_second_body(windows, known, (), base)
                 if swings is not base:
                     now = swings
                     continue
@@ -305,13 +305,14 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
                 now = base
                 break
             now = polished(windows, _carried(windows, found)) if found.causes else now
-    return _added(windows, known, base, _pruned(windows, base, now), told)
+    return _forward(windows, known, base, _backward(windows, base, now), progress)
 
 
-def _recoloured(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> tuple[State, State]:
-    """Return the states without and with causes where restitution that scatters does not stand for 1/f noise.
+def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> tuple[State, State]:
+    """Return the states without and with causes, with 1/f noise that is not confounded with scattering restitution.
 
-    Kicks of impacts explain it as well. It is estimated from the residuals without them, then from those of all causes.
+    Kicks of impacts explain 1/f noise as well. It is estimated from the residuals without them, then from those of all
+    causes.
     """
     for kicked in (False, True):
         if not any(one.candidate.kind == SCATTER for one in found.causes):
@@ -326,15 +327,15 @@ def _recoloured(windows: Windows, known: Sequence[Candidate], base: State, found
         restore(windows, found)
         rest = windows.residuals(effects_of(found.causes))
         found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)), thorough=True)
-        found = _added(windows, known, base, _pruned(windows, base, found), lambda part: None)
+        found = _forward(windows, known, base, _backward(windows, base, found), lambda part: None)
     return base, found
 
 
-def _swinging(windows: Windows, known: Sequence[Candidate], turns: Sequence[float], base: State) -> State:
-    """Return a state with a body on a spring, where it explains most of the path; arguments as below."""
+def _with_second_body(windows: Windows, known: Sequence[Candidate], turns: Sequence[float], base: State) -> State:
+    """Return a state with a second body, where it explains most of the trajectory; arguments as below."""
     few, _, first = _sampled(windows, base)
-    tries = [_whole(windows, base, few, one) for one in _carrying(few, known, turns, first, first, ACCEPT_PATH)]
-    tries = [one for one in tries if _taken(windows, base, base, one)]
+    tries = [_whole(windows, base, few, one) for one in _with_body_at(few, known, turns, first, first, ACCEPT_PATH)]
+    tries = [one for one in tries if _is_accepted(windows, base, base, one)]
     restore(windows, base)
     best = _simplest(windows, base, tries)
     if best is None or not _far(windows, best.rest) < max(MOST_LEFT * _far(windows, base.rest), ACCOUNTS):
@@ -342,8 +343,8 @@ def _swinging(windows: Windows, known: Sequence[Candidate], turns: Sequence[floa
     return best
 
 
-def _near(windows: Windows, now: State, done: float) -> tuple[float, Windows, State]:
-    """Return the largest part of windows, beyond one that is done, in which the path is near, these, and the state."""
+def _linear_part(windows: Windows, now: State, done: float) -> tuple[float, Windows, State]:
+    """Return the largest part of windows, beyond a given one, with small residuals, these windows, and the state."""
     least = next(part for part in BEGINNINGS if part > done)
     for reach in reversed(BEGINNINGS):
         part = windows.until(reach) if reach < 1.0 else windows
@@ -354,17 +355,15 @@ def _near(windows: Windows, now: State, done: float) -> tuple[float, Windows, St
 
 
 def _off(windows: Windows, now: State) -> float:
-    """Return by how much, beyond noise, many windows are off at most, in backlashes."""
+    """Return the residual beyond noise that a quantile of windows does not exceed, in backlashes."""
     restore(windows, now)
-    missed, noise = (
-        _far(windows, windows.missed(effects_of(now.causes))),
-        float(np.median(windows.level(windows.sigma))),
-    )
+    missed = _far(windows, windows.missed(effects_of(now.causes)))
+    noise = float(np.median(windows.level(windows.sigma)))
     return float(np.sqrt(max(missed - noise, 0.0))) / windows.backlash
 
 
 def _far(windows: Windows, rest: Array) -> float:
-    """Return the mean square of residuals that many windows do not exceed."""
+    """Return the mean square of residuals that a quantile of windows does not exceed."""
     return float(np.quantile(windows.level(rest), MANY))
 
 
@@ -378,38 +377,38 @@ def _carried(part: Windows, now: State) -> State:
     return rezeroed(part, state_of(part, now.causes, rest))
 
 
-def _added(
-    windows: Windows, known: Sequence[Candidate], base: State, now: State, told: Callable[[float], None]
+def _forward(
+    windows: Windows, known: Sequence[Candidate], base: State, now: State, progress: Callable[[float], None]
 ) -> State:
-    """Return a state with more causes, one after the other, as long as they gain.
+    """Return a state with more causes, selected forward, as long as they gain.
 
-    A body on a spring is tried where nothing else explains the path.
+    A second body is tried where no other candidate explains the trajectory.
     """
     for number in range(len(now.causes), ROUNDS):
-        told(number / ROUNDS)
+        progress(number / ROUNDS)
         few, mine, first = _sampled(windows, now)
         tries = _tries(windows, few, known, first, now)
         enough = ACCEPT_PATH * len(few) / len(windows)
         if tries:
             least = max(enough, SAME * max(gain_of(few, first, one)[0] for one in tries))
             root = _part(few, mine, base)
-            for start in (first, root) if now.causes else (first,):  # a law may do what several causes stood in for
+            for start in (first, root) if now.causes else (first,):  # a law may replace several causes
                 for one in _at_sizes(few, known, first, start, least):
                     restore(few, one)
                     tries.append(polished(few, scanned(few, polished(few, one)), thorough=True))
-        for one in _scattered(few, known, first, enough):
+        for one in _with_scatter(few, known, first, enough):
             restore(few, one)
             tries.append(polished(few, one, thorough=True))
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
-        best = _simplest(windows, now, [one for one in tries if _taken(windows, base, now, one)])
+        best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
         if best is None and float(np.median(windows.level(now.rest))) > NOISE:
-            tries = _carrying(few, known, (), first, _part(few, mine, base), enough)
+            tries = _with_body_at(few, known, (), first, _part(few, mine, base), enough)
             tries = [_whole(windows, now, few, one) for one in tries]
-            best = _simplest(windows, now, [one for one in tries if _taken(windows, base, now, one)])
+            best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
         if best is None:
             break
-        best = _pruned(windows, base, best)
+        best = _backward(windows, base, best)
         if gain_of(windows, now, best)[0] <= 0.0:
             break
         now = best
@@ -418,21 +417,21 @@ def _added(
 
 
 def _exchanged(
-    windows: Windows, known: Sequence[Candidate], base: State, found: State, told: Callable[[float], None]
+    windows: Windows, known: Sequence[Candidate], base: State, found: State, progress: Callable[[float], None]
 ) -> tuple[State, list[State], list[tuple[list[State], list[Rival]]]]:
-    """Return a state with other causes in the place of some, where these explain more or are simpler.
+    """Return a state with causes replaced by others that explain more, or as much with fewer numbers.
 
-    Causes that came first were taken without those that came later.
+    Forward selection took the first causes without the later ones.
 
     Returns:
-        State, states without each of its causes, and with others in the place of each, of which those that a sample
-        of windows excludes are not fitted to all.
+        State, states of the drop-one tests, and hypotheses in the place of each cause; those that a sample of
+        windows excludes are not fitted to all.
     """
     for left in reversed(range(EXCHANGES + 1)):
         found = _fewer(windows, known, base, found)
         less, instead = [], []
         for k, cause in enumerate(found.causes):
-            told((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
+            progress((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
             restore(windows, found)
             less.append(polished(windows, fitted(windows, _without(found, k)), thorough=True))
             own, excluded = [], []
@@ -441,7 +440,7 @@ def _exchanged(
                 plain = _part(few, mine, less[-1])
                 gain = gain_of(few, plain, first)[0]
                 least, tries = _least(few, gain, first.rest), _tries(windows, few, known, first, found, k)
-                for one in _scattered(few, known, plain, LIKE * gain):
+                for one in _with_scatter(few, known, plain, LIKE * gain):
                     restore(few, one)
                     tries.append(polished(few, one, thorough=True))
                 for one in tries:
@@ -452,13 +451,13 @@ def _exchanged(
                     else:
                         own.append(_whole(windows, found, few, one))
             same = found._replace(causes=(*less[-1].causes, cause))
-            able = [one for one in own if _taken(windows, base, less[-1], one)]
+            able = [one for one in own if _is_accepted(windows, base, less[-1], one)]
             least = _least(windows, gain_of(windows, less[-1], found)[0], found.rest)
-            if left and len(found.causes) > 1:  # what is as good may make others needless
-                able = [one if _excludes(windows, one, found, least) else _pruned(windows, base, one) for one in able]
+            if left and len(found.causes) > 1:  # an equivalent cause may make others needless
+                able = [one if _excludes(windows, one, found, least) else _backward(windows, base, one) for one in able]
             best = _simplest(windows, less[-1], [same, *able]) or same
-            if left and (_simple(best) < _simple(same) or _excludes(windows, same, best, least)):
-                found = _added(windows, known, base, _pruned(windows, base, best), lambda part: None)
+            if left and (_complexity(best) < _complexity(same) or _excludes(windows, same, best, least)):
+                found = _forward(windows, known, base, _backward(windows, base, best), lambda part: None)
                 break
             own = [one for one in own if len(one.causes) == len(found.causes)]
             instead.append((own, excluded))
@@ -469,7 +468,7 @@ def _exchanged(
 
 
 def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State:
-    """Return a state with fewer causes in the place of several that look like others, where these explain as much."""
+    """Return a state with fewer causes in the place of several collinear ones, where these explain as much."""
     tries = []
     for causes in fewer(windows, known, found) if len(found.causes) > 1 else ():
         restore(windows, found)
@@ -482,15 +481,15 @@ def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: Sta
     return _simplest(windows, base, tries) or found
 
 
-def _taken(windows: Windows, base: State, less: State, more: State) -> bool:
-    """Return whether the last cause is one: of a size that matters, and of gain."""
-    return SMALLEST < size_of(windows, more.causes[-1]) < LARGEST and _pays(windows, base, less, more)
+def _is_accepted(windows: Windows, base: State, less: State, more: State) -> bool:
+    """Return whether the last cause is accepted: by its size and its gain."""
+    return SMALLEST < size_of(windows, more.causes[-1]) < LARGEST and _is_significant(windows, base, less, more)
 
 
-def _pays(windows: Windows, base: State, less: State, more: State) -> bool:
-    """Return whether a cause gains more than chance, and than the errors of a model that explains so much.
+def _is_significant(windows: Windows, base: State, less: State, more: State) -> bool:
+    """Return whether the gain of a cause exceeds chance, and model errors in proportion to what is explained.
 
-    Where residuals are noise with it, errors of the model do not count.
+    Where residuals with it are noise, model errors do not count.
     """
     gain, sure = gain_of(windows, less, more)
     if gain <= ACCEPT_PATH or sure <= min(STEADY, EVEN * float(np.sqrt(gain))):
@@ -499,26 +498,26 @@ def _pays(windows: Windows, base: State, less: State, more: State) -> bool:
 
 
 def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | None:
-    """Return the simplest of those that the best does not exclude: of fewest numbers, gears before sensors."""
+    """Return the simplest of the states that the best one does not exclude: fewest numbers, gears before sensors."""
     if not tries:
         return None
     best, able = _not_excluded(windows, now, tries)
-    return min(able, key=lambda one: (*_simple(one), one is not best))
+    return min(able, key=lambda one: (*_complexity(one), one is not best))
 
 
-def _simple(one: State) -> tuple[int, float, bool, bool]:
-    """Return by what a state is simpler than others: numbers, price of the last cause, places that it may stand for."""
+def _complexity(one: State) -> tuple[int, float, bool, bool]:
+    """Return the sort key of simplicity: numbers, price of the last cause, places that it may stand for."""
     last = one.causes[-1]
-    one_sided = last.candidate.kind == "restitution_asymmetry"  # that of a flank, where only one is met
+    one_sided = last.candidate.kind == "restitution_asymmetry"  # of one flank, where only one is met
     numbers = sum(len(cause.numbers) for cause in one.causes)
     return numbers, price(last.candidate), one_sided, isinstance(last.effect, SensorEffect)
 
 
 def _least(windows: Windows, gain: float, rest: Array) -> float:
-    """Return the chi-square over the level by which a cause must be worse to be excluded.
+    """Return the chi-square over the level by which a hypothesis must be worse to be excluded.
 
-    Four standard deviations; part of what the better one explains, for a model errs, less where what it leaves is
-    noise; and part of what it leaves beyond noise, which something else does that may be taken for either.
+    Where residuals of the better one are noise: that of channels. Else the largest of four standard deviations, a part
+    of its gain (model error), and a part of its residuals beyond noise (an unknown cause may be confounded with both).
     """
     level = float(np.median(windows.level(rest)))
     if level < NOISE:
@@ -527,18 +526,18 @@ def _least(windows: Windows, gain: float, rest: Array) -> float:
 
 
 def _is_worse(windows: Windows, one: State, other: State, least: float) -> bool:
-    """Return whether a state leaves more than another by so much.
+    """Return whether a state leaves more than another by the stated chi-square.
 
-    Where the other leaves noise, and this one does not account for the path, four standard deviations are enough.
+    Where the other leaves noise, and this one does not, four standard deviations are enough.
     """
     off, left = (float(np.median(windows.level(each.rest))) for each in (one, other))
     return gain_of(windows, one, other)[0] > (EXCLUDED if left < NOISE < ACCOUNTS < off else least)
 
 
 def _rival(windows: Windows, one: State, best: State, least: float, cost: float = 0.0) -> Rival:
-    """Return the last cause of a state as a hypothesis in the place of one of the best; chi-square as above.
+    """Return the last cause of a state as a competing hypothesis of one of the best.
 
-    Its deviance is limited by the error of a model, which excludes it at so much, and by its scatter over windows.
+    Its deviance is limited by the model error that counts for its exclusion, and by its scatter over windows.
 
     cost: chi-square that its parameters cost more than those of the best.
     """
@@ -548,14 +547,14 @@ def _rival(windows: Windows, one: State, best: State, least: float, cost: float 
 
 
 def _price(windows: Windows, one: State, least: float) -> float:
-    """Return the chi-square that the parameters of a state cost."""
+    """Return the Occam factor of a state's parameters, as chi-square."""
     restore(windows, one)
     units = np.concatenate([np.zeros(0), *(cause.units for cause in one.causes)])
     return occam(covariance_of(windows, one) * least / EXCLUDED, units)
 
 
 def _excludes(windows: Windows, one: State, other: State, least: float) -> bool:
-    """Return whether a state leaves more than another, by so much, and in windows all over the records."""
+    """Return whether a state is worse than another by the stated chi-square, significantly over windows."""
     return _is_worse(windows, one, other, least) and gain_of(windows, one, other)[1] > APART
 
 
@@ -564,7 +563,7 @@ def _without(state: State, k: int) -> State:
 
 
 def _lean(windows: Windows, now: State) -> State:
-    """Return a state without causes that have become nothing by the last one."""
+    """Return a state without causes that the last one reduced to nothing."""
     for k in reversed(range(len(now.causes) - 1)):
         if size_of(windows, now.causes[k]) < SMALLEST:
             restore(windows, now)
@@ -572,16 +571,16 @@ def _lean(windows: Windows, now: State) -> State:
     return now
 
 
-def _pruned(windows: Windows, base: State, now: State) -> State:
-    """Return a state without causes that the others make needless."""
+def _backward(windows: Windows, base: State, now: State) -> State:
+    """Return a state without causes that fail the drop-one test (backward elimination)."""
     k = 0
     while k < len(now.causes):
-        if _needed(windows, base, now, k):
+        if _passes_drop_one(windows, base, now, k):
             k += 1
             continue
         restore(windows, now)
         less = polished(windows, fitted(windows, _without(now, k)), thorough=True)
-        if _taken(windows, base, less, now._replace(causes=(*less.causes, now.causes[k]))):
+        if _is_accepted(windows, base, less, now._replace(causes=(*less.causes, now.causes[k]))):
             k += 1
         else:
             now, k = less, 0
@@ -589,24 +588,24 @@ def _pruned(windows: Windows, base: State, now: State) -> State:
     return now
 
 
-def _needed(windows: Windows, base: State, now: State, k: int) -> bool:
-    """Return whether a sample of windows shows already that a cause gains enough beside the others."""
+def _passes_drop_one(windows: Windows, base: State, now: State, k: int) -> bool:
+    """Return whether a sample of windows shows that a cause passes the drop-one test."""
     few, mine, first = _sampled(windows, now)
     if few is windows:
         return False
     less = polished(few, fitted(few, _without(first, k)), thorough=True)
-    return _taken(few, _part(few, mine, base), less, first._replace(causes=(*less.causes, now.causes[k])))
+    return _is_accepted(few, _part(few, mine, base), less, first._replace(causes=(*less.causes, now.causes[k])))
 
 
 def _sampled(windows: Windows, now: State) -> tuple[Windows, Array, State]:
-    """Return a sample of windows in which fits are tried first, which residuals are theirs, and the state in them."""
+    """Return a sample of windows for trial fits, which residuals are theirs, and the state in them."""
     restore(windows, now)
     few, mine = windows.some(SCORED)
     return few, mine, _part(few, mine, now)
 
 
 def _part(few: Windows, mine: Array, now: State) -> State:
-    """Return a state of all windows in a sample of them, (n + KICKS w,) of whose residuals are given."""
+    """Return a state of all windows in a sample of them, given which residuals, (n + KICKS w,), are theirs."""
     if len(few) == len(now.price):
         return now
     own, rows = few.picked, mine[: len(now.rest)]
@@ -656,7 +655,7 @@ def _tries(
         known: candidates.
         first: state of the sample.
         now: state of all.
-        place: of a cause, in the place of which candidates that look like it are fitted.
+        place: of a cause; only candidates collinear with it are fitted, instead of it.
     """
     made = []
     for one in _fits(windows, few, known, first, now, place):
@@ -696,17 +695,17 @@ def _fits(
 
 
 def _at_sizes(windows: Windows, known: Sequence[Candidate], now: State, start: State, least: float) -> list[State]:
-    """Return causes to start from with one as well that is tried at several sizes, where some windows gain so much."""
+    """Return states with one more cause, best of several sizes, where the gain in some windows is enough."""
     made, there = [], {one.candidate.kind for one in start.causes}
     there |= set(LAWS) if there & set(LAWS) else set()
     for law in (one for one in known if one.kind in SIZES and one.kind not in there):
         restore(windows, start)
         few, mine = windows.some(SCORED // 2)
         zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
-        for cause in _begun(windows, law):
+        for cause in _at_trial_sizes(windows, law):
             effects = [*effects_of(start.causes), cause.effect]
             few.zeros, before = zeros.copy(), now.rest[mine[: len(now.rest)]]
-            for _ in range(2):  # on oil or compliant teeth the gear lies off the zero that rigid dry flanks have
+            for _ in range(2):  # oil or compliant teeth shift the datum that rigid dry flanks have
                 few.restart(effects)
                 missed = few.missed(effects)
                 for k in range(len(zeros)):
@@ -724,13 +723,13 @@ def _at_sizes(windows: Windows, known: Sequence[Candidate], now: State, start: S
     return made
 
 
-def _begun(windows: Windows, law: Candidate) -> list[Cause]:
-    """Return a cause at the sizes at which it is tried."""
+def _at_trial_sizes(windows: Windows, law: Candidate) -> list[Cause]:
+    """Return a cause at each of the sizes at which it is tried."""
     if law.kind != SOFT:
         return [begin(law, np.array([size])) for size in SIZES[law.kind]]
     mass = windows.values.inertia / windows.values.base_radius_loose**2
     logarithm = -float(np.log(np.clip(windows.values.restitution, 0.05, 0.95)))
-    own = logarithm / float(np.hypot(np.pi, logarithm))  # with which a linear spring has the rig's restitution
+    own = logarithm / float(np.hypot(np.pi, logarithm))  # damping ratio of a linear spring with the rig's restitution
     return [
         begin(law._replace(shape={"damping": 2.0 * damping * float(np.sqrt(size * law.unit * mass))}), np.array([size]))
         for size in SIZES[SOFT]
@@ -738,18 +737,18 @@ def _begun(windows: Windows, law: Candidate) -> list[Cause]:
     ]
 
 
-def _carrying(
+def _with_body_at(
     windows: Windows, known: Sequence[Candidate], turns: Sequence[float], now: State, root: State, least: float
 ) -> list[State]:
-    """Return causes with a body on a spring as well, and that alone, where it gains so much.
+    """Return states with a second body, added or alone, where the gain is enough.
 
     Args:
         windows: sample.
         known: candidates.
-        turns: natural frequencies that flights suggest [rad/s].
+        turns: natural frequencies found in flights [rad/s].
         now: state of the sample.
         root: that without causes.
-        least: fall of chi-square that it must bring.
+        least: required fall of chi-square.
     """
     there = any(one.candidate.kind in (*LAWS, SCATTER) for one in now.causes)
     if there or not any(one.kind == BODY for one in known):
@@ -765,8 +764,8 @@ def _carrying(
     return made
 
 
-def _scattered(windows: Windows, known: Sequence[Candidate], now: State, least: float) -> list[State]:
-    """Return causes with restitution that scatters as well, where flanks are dry and that promises to gain so much."""
+def _with_scatter(windows: Windows, known: Sequence[Candidate], now: State, least: float) -> list[State]:
+    """Return states with scattering restitution, where flanks are dry and its predicted gain is enough."""
     own = next((one for one in known if one.kind == SCATTER), None)
     if own is None or any(one.candidate.kind in (*LAWS, SCATTER) for one in now.causes):
         return []
@@ -786,7 +785,7 @@ def _scattered(windows: Windows, known: Sequence[Candidate], now: State, least: 
 
 
 def _promised(windows: Windows, now: State) -> float:
-    """Return by how much kicks lower chi-square over its level, to first order, less their price."""
+    """Return the first-order fall of chi-square, over its level, by kicks, less their price."""
     along, weight = windows.along(effects_of(now.causes)), windows.weights(now.rest)
     columns, driven = [one * weight for one in along.starts()], along.driven()
     left, prices = [], []

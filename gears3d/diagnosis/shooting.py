@@ -1,8 +1,8 @@
-"""Multiple shooting: the rigid model through windows all over the records, each from a start of its own.
+"""Multiple shooting: the rigid model in windows of the records, each with an initial state of its own.
 
-A window begins with the place and the speed that fit its readings best and then goes its way under the measured motion
-of the drive, over impacts, bounces and contact. Nothing is segmented: what the model predicts is the path itself,
-as it was read, and what it leaves are residuals of readings. Source: Bock and Plitt 1984, multiple shooting.
+Input: rig, records, and effects. A window starts with the place and speed fitted to its readings; the model follows the
+measured motion of the drive over impacts, bounces and contact, without segmentation. Result: trajectory residuals, and
+their sensitivities to effects, starts and datums. Source: Bock and Plitt 1984, multiple shooting.
 """
 
 from __future__ import annotations
@@ -38,61 +38,60 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Points of integration of a window: 64 in a fall across the backlash of the longest window.
 NODES = 384
-"""Points of a window at which the motion is worked out: 64 in a fall across the backlash of the longest window."""
+# Largest number of means of readings in a window.
 BINS = 256
-"""Means of readings in a window at most."""
+# Largest number of windows of all records: numbers of causes are then known to 10 % of their smallest size.
 MOST = 96
-"""Windows of all records at most: numbers of causes are then known to a tenth of their smallest size."""
+# Shortest and longest window, in falls across the backlash; a period of the drive in between.
 FALLS = (1.0, 6.0)
-"""Falls across the backlash that a window lasts at least and at most; a period of the drive in between."""
+# Numbers of means of readings to which a free flight is fitted for an initial start.
 TAKEN = (3, 5, 8, 12, 18, 27, 40, 60, 90, 130)
-"""Means of readings through which a free flight is fitted where a start is sought."""
+# Error of the trajectory by nodes and by the drive's curve, in backlashes: that of records without noise.
 ROUNDED = 3e-4
-"""Part of the backlash that nodes and the drive's curve put the path off by: the error of records without noise."""
+# Smallest root of 1/f noise per unit of ln f, relative to the noise of a mean, for which readings are whitened: motion
+# alone had up to 0.26 in six records with 0.3 % white noise.
 COLOURED = 0.3
-"""Part of the noise of a mean that the root of 1/f noise per unit of ln f must come to, for readings to be made white:
-motion alone gave up to 0.26 in six records with 0.3 % white noise."""
+# Values of the same that are tried on residuals where 1/f noise cannot be estimated from a record.
 COLOURS = tuple(0.3 * 2.0 ** (0.5 * k) for k in range(-1, 9))
-"""The same part as it is tried on residuals where 1/f noise cannot be estimated from a record."""
+# Means of readings over which residuals may keep their sign: half a flight.
 RUN = 16
-"""Means of readings over which residuals may keep their sign: half a flight."""
+# Largest part of its chi-square that another start may leave to replace one.
 BETTER = 0.98
-"""Part of its chi-square that another start must leave to be taken."""
+# Mean square of residuals of a window, in variances of the noise, up to which they are noise: no other start is tried.
 NOISE = 1.5
-"""Mean square of residuals of a window, in variances of the noise, up to which they are noise: no other start is
-looked for."""
+# Step of starts between oil films, in units, for sensitivities.
 NEXT = 1e-3
-"""Units that starts between films of oil are moved by, for slopes."""
+# Unit of the rate of a twist, in units of the rate of a start: an impact after a fall across the backlash has 2.
 FLUNG = 4.0
-"""Rates of a start that a unit of the rate of a twist is: an impact of a gear that fell across the backlash gives 2."""
+# First impacts of a window that have a restitution of their own (random effect) where it scatters.
 KICKS = 16
-"""First impacts of a window that have a restitution of their own where it scatters."""
+# Largest step of such a deviation in a round, in standard deviations of the scatter.
 FARTHEST_KICK = 2.0
-"""Standard deviations of the scatter that such a one moves in a round at most."""
+# Smallest part of the square of a start's column that must be independent of the other columns.
 DEPENDENT = 1e-9
-"""Part of its square that a column of a start must have besides the others, to be one."""
+# Largest number of impacts and contact losses of a window over which sensitivities are propagated.
 EVENTS = 512
-"""Impacts and partings of a window that small changes are followed over at most."""
+# Normal forms that the model of windows covers; friction has no effect on rigid flanks, scatter none on the mean, and
+# the drive moves as measured.
 KNOWN = (
     Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
     Code.TORQUE_FRICTION, Code.TORQUE_CARRIED, Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC,
     Code.IMPACT_OFFSET, Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.MOTION_HARMONIC, Code.GAP_FILM,
     Code.GAP_SPRING,
 )  # fmt: skip
-"""Normal forms that a window can be shot with; friction moves nothing on rigid flanks, scatter predicts nothing, the
-drive moves as measured."""
 
 
 class Starts(NamedTuple):
-    """What windows have of their own.
+    """Initial states of windows.
 
     Args:
-        place: displacement where they begin [m], (w,).
+        place: displacement [m], (w,).
         rate: of the same [m/s], (w,).
         mode: 0 in flight, 1 on the active, 2 on the reverse flank, (w,).
-        kicks: by which the restitution of the first impacts is higher, (w, KICKS).
-        twist: of a body that the loose gear carries, ahead of it, and the rate of that [rad, rad/s], (w, 2).
+        kicks: deviations of the restitution of the first impacts, (w, KICKS).
+        twist: angle of a second body ahead of the loose gear, and its rate [rad, rad/s], (w, 2).
     """
 
     place: Array
@@ -112,7 +111,7 @@ class Starts(NamedTuple):
         return Starts(*(one[picked] for one in self))
 
     def put(self, picked: Array, other: Starts) -> Starts:
-        """Return these with others in the place of some."""
+        """Return these with those of some windows replaced."""
         made = [one.copy() for one in self]
         for own, new in zip(made, other, strict=True):
             own[picked] = new
@@ -120,14 +119,14 @@ class Starts(NamedTuple):
 
 
 def at_rest(place: Array, rate: Array, mode: Array | int = 0) -> Starts:
-    """Return starts without scatter of the restitution, and without twist."""
+    """Return starts without kicks and without twist."""
     return Starts(place, rate, np.full(len(place), mode), np.zeros((len(place), KICKS)), np.zeros((len(place), 2)))
 
 
 def shootable(rig: Scenario) -> bool:
-    """Return whether windows can be shot with a rig: flanks without stated deviations, torques of a formula.
+    """Return whether the model of windows covers a rig: no table of flank deviations, torques by a formula.
 
-    A body that the loose gear carries is worked out between rigid dry flanks.
+    A second body on the loose gear is covered between rigid dry flanks.
     """
     rows = rig.rows()
     able = perfect(rig.pair()) and all(row.code in KNOWN for row in rows)
@@ -135,13 +134,13 @@ def shootable(rig: Scenario) -> bool:
 
 
 class Windows:
-    """Windows of the records of one rig, with their starts, and the zeros of each record: of displacement and angles.
+    """Windows of the records of one rig, with their starts, and the datums of each record: displacement and angles.
 
     Args:
         rig: scenario of the bench.
-        tracks: paths of the records.
+        tracks: trajectories of the records.
         periods: of the drive's fluctuation in each record [s].
-        unmarked: gears of each record whose encoders begin anywhere.
+        unmarked: gears of each record without an index mark.
     """
 
     def __init__(
@@ -198,7 +197,7 @@ class Windows:
         return len(self.begin)
 
     def _numbered(self) -> tuple[Array, Array]:
-        """Return the window of each reading, and of each kick after them, and their places in it, (n + KICKS w,)."""
+        """Return the window of each reading, and of each kick, and their places in it, (n + KICKS w,)."""
         kicked = np.repeat(np.arange(len(self)), KICKS)
         order = np.arange(len(self.window)) - np.searchsorted(self.window, self.window)
         most = int(order.max(initial=-1)) + 1
@@ -206,15 +205,15 @@ class Windows:
         return np.concatenate([self.window, kicked]), order
 
     def _place(self, k: int, known: Track, first: float, last: float) -> tuple[Array, Array]:
-        """Return times and displacements of the readings of a stretch, the zero of the displacement anywhere."""
+        """Return times and displacements of the readings of a stretch, with an arbitrary datum."""
         rows = slice(*np.searchsorted(known.time, [first, last]).tolist())
         time, loose = known.time[rows], known.shown[rows] + known.lift
         return time, self.radii[1] * loose - self.radii[0] * known.steady.curve(time) - self.origins[k]
 
     def _spans(self, k: int, known: Track, period: float, most: int) -> list[tuple[float, float]]:
-        """Return beginnings and durations of the windows of a record, and set the record's zero.
+        """Return beginnings and durations of the windows of a record, and set the record's datum.
 
-        A window begins early in the longest stay between the flanks of its period, where place and speed show best.
+        A window begins early in the longest flight of its period, where readings determine place and speed best.
         """
         first, last = float(known.time[0]), float(known.time[-1])
         span = float(np.clip(period, FALLS[0] * self.fall, FALLS[1] * self.fall))
@@ -261,15 +260,15 @@ class Windows:
         return float(np.min(self.sigma[self.record[self.window] == k], initial=np.inf))
 
     def _root(self, k: int, slow: float) -> Array:
-        """Return what makes the readings of a record's windows white, with 1/f noise in standard deviations of one."""
+        """Return the whitening transform of a record's windows, for 1/f noise in standard deviations of one."""
         longest = np.flatnonzero(self.record == k)[np.argmax(np.bincount(self.window)[self.record == k])]
         time = self.time[self.window == longest]
         return roots_of(time[None], np.ones((1, len(time))), slow, self.lasts[k])[0]
 
     def coloured(self, effects: Sequence[Any]) -> bool:
-        """Estimate 1/f noise that a record does not show from the residuals of its quieter windows with effects.
+        """Estimate 1/f noise that a record does not determine from residuals of its quieter windows.
 
-        Returns whether that changed anything.
+        Returns whether the noise model changed.
         """
         rest = self.missed(effects) / self.sigma
         before = [one is None or one.tobytes() for one in self.roots]
@@ -284,7 +283,7 @@ class Windows:
         return before != [one is None or one.tobytes() for one in self.roots]
 
     def whitened(self, columns: Array) -> Array:
-        """Return readings, in their standard deviations, without the correlation that 1/f noise gives them."""
+        """Return readings, in their standard deviations, whitened for 1/f noise."""
         if all(root is None for root in self.roots):
             return columns
         dense = self._dense(np.atleast_2d(columns))
@@ -295,13 +294,13 @@ class Windows:
         return self._gathered(dense, columns)
 
     def some(self, most: int) -> tuple[Windows, Array]:
-        """Return at most so many of the windows, and which of the readings and kicks are theirs, (n + KICKS w,)."""
+        """Return a sample of at most so many windows, and which readings and kicks are theirs, (n + KICKS w,)."""
         if len(self) <= most:
             return self, np.ones(len(self.every), dtype=bool)
         return self.only(np.unique(np.linspace(0, len(self) - 1, most).round().astype(int)))
 
     def only(self, picked: Array) -> tuple[Windows, Array]:
-        """Return windows by their numbers, and which of the readings and kicks are theirs, (n + KICKS w,)."""
+        """Return windows by their numbers, and which readings and kicks are theirs, (n + KICKS w,)."""
         number = np.full(len(self), -1)
         number[picked] = np.arange(len(picked))
         mine = number[self.window] >= 0
@@ -317,7 +316,7 @@ class Windows:
         return few, number[self.every] >= 0
 
     def until(self, part: float) -> Windows:
-        """Return the same windows, each only as long as a part of it, with starts, zeros and weights of their own."""
+        """Return the windows shortened to a part of their length, with starts, datums and weights of their own."""
         nodes = max(round(part * (self.drive[0].shape[1] - 1)) + 1, 3)
         mine = self.node + self.beyond <= nodes - 1
         few = copy(self)
@@ -330,7 +329,7 @@ class Windows:
         return few
 
     def residuals(self, effects: Sequence[Any], starts: Starts | None = None) -> Array:
-        """Return readings less what the rig with more effects makes of them, in standard deviations, (n,).
+        """Return trajectory residuals of the rig with more effects, in standard deviations, (n,).
 
         Where restitution scatters, minus the kicks in standard deviations of the scatter follow, (n + KICKS w,).
         """
@@ -338,11 +337,11 @@ class Windows:
         return self.rest(self._run(effects, starts).made, starts, self.spread(effects))
 
     def missed(self, effects: Sequence[Any]) -> Array:
-        """Return readings less what the rig with more effects makes of them [m], (n,)."""
+        """Return trajectory residuals of the rig with more effects [m], (n,)."""
         return self.read - self._run(effects, self.starts).made
 
     def rest(self, made: Array, starts: Starts, spread: float) -> Array:
-        """Return readings less what is made of them, and minus the kicks, in standard deviations."""
+        """Return readings less predictions, and minus the kicks, in standard deviations."""
         rest = self.whitened((self.read - made) / self.sigma)
         return np.concatenate([rest, -starts.kicks.ravel() / spread]) if spread else rest
 
@@ -353,15 +352,15 @@ class Windows:
         return float(np.hypot.reduce(own)) if own and not len(film_of(rows)) else 0.0
 
     def along(self, effects: Sequence[Any]) -> Linearised:
-        """Return the run of the rig with more effects from the present starts, for small changes along it."""
+        """Return the trajectory of the rig with more effects from the present starts, with its sensitivities."""
         return Linearised(self, effects, self._run(effects, self.starts, EVENTS))
 
     def _run(self, effects: Sequence[Any], starts: Starts, most: int = 0) -> _Run:
-        """Return what the rig with more effects does, with so many events of each window at most."""
+        """Return the trajectory of the rig with more effects, and at most so many events of each window."""
         rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
         sensors: list[Any] = [one for one in (*self.effects, *effects) if hasattr(one, "observe")]
         key = (id(self.drive[0]), *map(id, effects)), self.zeros.tobytes(), self.turned.tobytes()
-        if self._last is None or self._last[0] != key:  # one start after the other is tried with the same effects
+        if self._last is None or self._last[0] != key:  # several starts are tried with the same effects
             self._last = key, (self.drive, *effects), self._moved(rows, sensors)
         seen, loose, ahead, wrong, (angle, speed, rate), flanks = self._last[2]
         laws = np.array([self.values.restitution, 0.0, 0.0])
@@ -377,7 +376,7 @@ class Windows:
         kicks = starts.kicks if self.spread(effects) else starts.kicks[:, :0]
         flow = np.zeros((len(self), angle.shape[1] - 1 if most and len(film) else 0, 4))
         bends = any(200 < row.code < 300 for row in rows) and any(row.code == Code.GAP_SPRING for row in rows)
-        for place in (None, path) if bends else (None,):  # yielding teeth let the gear lag far behind its flank
+        for place in (None, path) if bends else (None,):  # compliant teeth: the gear is far behind its flank
             if place is not None:
                 flanks = self.flanks(rows, seen, loose, place=place)
                 flanks = flanks[0], flanks[1] + self.backlash
@@ -394,7 +393,7 @@ class Windows:
         return _Run(*about, twist, body)
 
     def _moved(self, rows: Sequence[Row], sensors: Sequence[Any]) -> tuple[Any, ...]:
-        """Return what runs of all starts share: angles, errors of the drive's encoder, its motion in truth, flanks."""
+        """Return what all starts share: angles, errors of the drive's encoder, true motion of the drive, flanks."""
         zero, turned = (self.origins + self.zeros)[self.record][:, None], self.turned[self.record]
         angle = self.drive[0]
         seen, loose = angle + turned[:, :1], (self.radii[0] * angle + zero) / self.radii[1] + turned[:, 1:]
@@ -404,7 +403,7 @@ class Windows:
         return seen, loose, zero[:, 0] / self.radii[1] + turned[:, 1], wrong, drive, (active, reverse + self.backlash)
 
     def misread(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array] | None:
-        """Return by how much the drive is read wrong at the nodes, and derivatives of that; ``None`` for nothing."""
+        """Return reading errors of the drive at the nodes, and their derivatives; ``None`` without any."""
         if not (own := [one for one in sensors if one.gear == "drive"]):
             return None
         wrong = reading_error(own, "drive", seen.ravel(), self.drive[1].ravel()).reshape(seen.shape)
@@ -414,7 +413,7 @@ class Windows:
     def shown(
         self, sensors: Sequence[Any], wrong: tuple[Array, ...] | None, loose: Array, speed: Array, path: Array
     ) -> Array | float:
-        """Return by how much readings of the displacement are wrong [m], (n,).
+        """Return reading errors of the displacement [m], (n,).
 
         wrong: of :meth:`misread`; loose: angles at rest on the flank [rad]; speed: of the drive; path: (w, nodes).
         """
@@ -429,7 +428,7 @@ class Windows:
         return made
 
     def between(self, nodes: Array) -> Array:
-        """Return at the readings what is given at the nodes, straight lines in between, (n,)."""
+        """Return values at the readings, interpolated linearly between the nodes, (n,)."""
         made = np.zeros(len(self.window))
         read(nodes, nodes[:, :0], self.step, self.window, self.node, self.beyond, made)
         return made
@@ -438,7 +437,7 @@ class Windows:
         self, rows: Sequence[Row], drive: Array, loose: Array, known: tuple[Any, Any] = (None, None),
         place: Array | None = None,
     ) -> tuple[Array, Array]:  # fmt: skip
-        """Return by how much effects move the active and the reverse flank at the nodes [m], (w, n) each.
+        """Return the shifts of the active and the reverse flank by effects at the nodes [m], (w, n) each.
 
         known: waves over the angles of each flank; place: displacement where it is not that of the flanks [m], (w, n).
         """
@@ -454,7 +453,7 @@ class Windows:
         return made[0], made[1]
 
     def level(self, rest: Array) -> Array:
-        """Return the mean square of residuals in each window, (w,); kicks count as well as readings."""
+        """Return the mean square of residuals in each window, (w,); kicks count as readings."""
         count = np.maximum(np.bincount(self.window, minlength=len(self)), 1)
         return np.bincount(self.every[: len(rest)], rest * rest, len(self)) / count
 
@@ -463,9 +462,9 @@ class Windows:
         return self.weight[self.every[: len(rest)]]
 
     def runs(self, rest: Array) -> float:
-        """Return how many readings in a row have about the same residual: 1 for white noise.
+        """Return the number of consecutive readings with about the same residual: 1 for white noise.
 
-        Where the model's own error prevails, it is the same over a quarter of a window.
+        Where model errors prevail, it is the same over 25 % of a window.
         """
         usual, rest = self.level(rest), rest[: len(self.window)]
         block = np.unique(self.window * BINS + self.order[: len(rest)] // RUN, return_inverse=True)[1]
@@ -483,7 +482,7 @@ class Windows:
         return np.concatenate([kept, np.ones(count - len(kept), dtype=bool)]).astype(float)
 
     def restart(self, effects: Sequence[Any], *, anew: bool = False, until: float = 1.0) -> None:
-        """Choose the start of each window among flights through its first readings and rests on either flank."""
+        """Choose the start of each window among flights through its first readings and rest on either flank."""
         poor = np.arange(len(self)) if anew else self.poor(effects, self.residuals(effects))
         if not len(poor):
             return
@@ -496,16 +495,16 @@ class Windows:
             best = np.where(better, left, best)
             kept = one.where(better, kept)
         if len(film_of([row for effect in (*self.effects, *effects) for row in effect.rows(self.values)])):
-            run = part._run(effects, kept)  # what floats on a film is free as well
+            run = part._run(effects, kept)  # starts on a film are free as well
             kept = at_rest(run.path[:, 0].copy(), run.pace[:, 0].copy())
         self.starts = self.starts.put(poor, kept)
 
     def poor(self, effects: Sequence[Any], rest: Array) -> Array:
-        """Return the windows whose residuals are more than noise, (k,); all where impacts have kicks."""
+        """Return the windows whose residuals exceed noise, (k,); all where impacts have kicks."""
         return np.flatnonzero((self.level(rest) > NOISE) | (self.spread(effects) > 0.0))
 
     def beginnings(self, effects: Sequence[Any]) -> list[Starts]:
-        """Return starts of all windows: rests on either flank, and flights through the first readings."""
+        """Return initial starts of all windows: at rest on either flank, and flights through the first readings."""
         none = np.zeros(len(self))
         tried = [at_rest(none, none, mode) for mode in (1, 2)]
         now = self._run(effects, self.starts)
@@ -532,26 +531,26 @@ class Windows:
 
     @property
     def pivot(self) -> float:
-        """Usual speed of the loose gear [rad/s]."""
+        """Mean speed of the loose gear [rad/s]."""
         return max(float(np.mean(np.abs(self.drive[1]))) * self.radii[0] / self.radii[1], 1e-9)
 
     def units(self) -> tuple[float, float]:
-        """Return the size of a unit of a start's place [m] and rate [m/s]."""
+        """Return the unit of a start's place [m] and rate [m/s]."""
         return self.backlash, self.backlash / self.fall
 
     def turns(self) -> tuple[float, float]:
-        """Return the size of a unit of a twist [rad] and its rate [rad/s]."""
+        """Return the unit of a twist [rad] and its rate [rad/s]."""
         place, rate = self.units()
         return place / self.radii[1], FLUNG * rate / self.radii[1]
 
     def moved(self, columns: Sequence[Array], rest: Array, spread: float, most: float = np.inf) -> Starts:
-        """Return the starts that leave the least of residuals, by least squares within each window.
+        """Return the starts of least residuals, by linear least squares within each window.
 
         Args:
             columns: of :meth:`Linearised.starts`.
             rest: residuals.
             spread: standard deviation of the restitution, the unit of the kicks.
-            most: units that place and rate of a start move at most.
+            most: largest step of place and rate of a start, in units.
         """
         own, left = self._dense(columns), self._dense([rest])[:, 0, :, None]
         size = np.sqrt(np.sum(own * own, axis=2))
@@ -566,7 +565,7 @@ class Windows:
         return Starts(now.place + by[:, 0] * units[0], now.rate + by[:, 1] * units[1], now.mode, kicks, twist)
 
     def _dense(self, columns: Sequence[Array] | Array) -> Array:
-        """Return columns window by window, zeros after the readings of a short one, (w, p, most readings + kicks)."""
+        """Return columns by window, padded with zeros, (w, p, most readings + kicks)."""
         count = len(columns[0])
         at, most = self._at(count)
         made = np.zeros((len(columns), len(self) * most))
@@ -575,22 +574,22 @@ class Windows:
         return made.reshape(len(columns), len(self), most).transpose(1, 0, 2)
 
     def _at(self, count: int) -> tuple[Array, int]:
-        """Return where readings, and kicks, are in an array of so many for each window, and that number."""
+        """Return the positions of readings, and kicks, in an array padded to the longest window, and its length."""
         most = int(self.order[:count].max(initial=-1)) + 1
         return self.every[:count] * most + self.order[:count], most
 
     def _gathered(self, dense: Array, like: Array) -> Array:
-        """Return columns, (n,) or (k, n), of which there are the dense ones, (w, k, most)."""
+        """Return columns, (n,) or (k, n), from padded ones, (w, k, most)."""
         rows = dense.transpose(1, 0, 2).reshape(dense.shape[1], -1)
         return rows[:, self._at(like.shape[-1])[0]].reshape(like.shape)
 
     def without_starts(self, columns: Sequence[Array]) -> WithoutStarts:
-        """Return what takes all that starts explain out of a column, each window by itself."""
+        """Return the projector that removes starts from a column, in each window."""
         return WithoutStarts(self, columns)
 
 
 class WithoutStarts:
-    """What takes all that starts explain out of columns, each window by itself.
+    """Projector that removes the starts, as nuisance parameters, from columns, in each window.
 
     Args:
         windows: of the columns.
@@ -606,33 +605,33 @@ class WithoutStarts:
         self.sizes, self._own = np.einsum("wpn,wpn->wp", own, self._given), own
 
     def variances(self) -> Array:
-        """Return the variance of each number of a start, the others free, 0 where it changes nothing, (w, p)."""
+        """Return the marginal variance of each number of a start, 0 without effect, (w, p)."""
         normal = self._given @ self._given.transpose(0, 2, 1)
         return np.diagonal(np.linalg.pinv(normal, rcond=1e-12, hermitian=True), axis1=1, axis2=2)
 
     def __call__(self, columns: Array) -> Array:
-        """Return columns without what starts explain, (n,) or (k, n)."""
+        """Return columns with starts projected out, (n,) or (k, n)."""
         dense = self._windows._dense(np.atleast_2d(columns))
         along = (dense @ self._own.transpose(0, 2, 1)) @ self._own
         return columns - self._windows._gathered(along, columns)
 
 
 class _Run(NamedTuple):
-    """What a rig does in all windows.
+    """Trajectories of a rig in all windows.
 
     Args:
-        made: displacement at the readings, as it would be read [m], (n,).
+        made: predicted readings of the displacement [m], (n,).
         path: at the nodes [m], (w, nodes).
         pace: rate there [m/s], (w, nodes).
         starts: from which.
-        seen: angles of both gears at the nodes, by which effects count, the loose one at rest on its flank [rad].
-        drive: angle and speed of the drive at the nodes, in truth [rad, rad/s].
-        ahead: loose gear's angle, from which effects count, where the model has 0 [rad], (w,).
+        seen: angles of both gears at the nodes, as arguments of effects, the loose one on its flank [rad].
+        drive: true angle and speed of the drive at the nodes [rad, rad/s].
+        ahead: loose gear's angle, as argument of effects, at the model's 0 [rad], (w,).
         events: of the windows, (w, most, 7).
         counts: how many, (w,).
         flanks: displacement on the active and on the reverse flank at the nodes [m], (w, nodes) each.
-        flow: from node to node between films of oil, (w, nodes - 1, 4); empty without.
-        twist: of a body that the loose gear carries, at the nodes [rad], (w, nodes); empty without.
+        flow: transition matrices between nodes with oil films, (w, nodes - 1, 4); empty without.
+        twist: of a second body at the nodes [rad], (w, nodes); empty without.
         body: its inertia, stiffness, damping and half of its play, (4,); empty without.
     """
 
@@ -652,12 +651,12 @@ class _Run(NamedTuple):
 
 
 class Linearised:
-    """The run of a rig with effects, and what small changes of starts and effects do along it, to first order.
+    """Trajectories of a rig with effects, and their sensitivities to starts and effects.
 
     Args:
-        windows: that were run.
+        windows: of the trajectories.
         effects: in addition to those of the rig.
-        run: what they did.
+        run: trajectories.
     """
 
     def __init__(self, windows: Windows, effects: Sequence[Any], run: _Run) -> None:
@@ -671,14 +670,14 @@ class Linearised:
         self.waves: tuple[dict[Any, Any], dict[Any, Any]] = {}, {}
 
     def starts(self) -> list[Array]:
-        """Return how predictions change with place and rate of their window's start, and its kicks, per unit.
+        """Return sensitivities of predictions to place and rate of their window's start, and to kicks, per unit.
 
-        Starts on a flank do not change; of a body that the loose gear carries, twist and its rate do.
+        Starts on a flank are fixed; with a second body, twist and its rate are free.
         """
-        free = (self.run.starts.mode == 0).astype(float)  # of those on a flank, none
+        free = (self.run.starts.mode == 0).astype(float)  # fixed on a flank
         windows, still = self.windows, np.zeros(self.run.events.shape[:2])
         units = windows.units()
-        if self.oiled:  # in a thin film most happens between two nodes
+        if self.oiled:  # in a thin film the motion changes within a step
             columns = []
             for k in (0, 1):
                 moved = list(self.run.starts)
@@ -703,21 +702,21 @@ class Linearised:
         return made
 
     def extended(self, columns: Array) -> Array:
-        """Return columns, (n,) or (k, n), in their standard deviations, made white, with zeros for kicks if any."""
+        """Return columns, (n,) or (k, n), in standard deviations, whitened, with zeros for kicks if any."""
         kicks = np.zeros((*columns.shape[:-1], len(self.rest) - columns.shape[-1]))
         return np.concatenate([self.windows.whitened(columns), kicks], axis=-1)
 
     def column(self, effect: Any, before: Any = None, turned: tuple[float, float] = (0.0, 0.0)) -> Array:
-        """Return how predictions change with another effect, in standard deviations, (n,)."""
+        """Return the sensitivity of predictions to another effect, in standard deviations, (n,)."""
         return self.extended(self.change(effect, before, turned))
 
     def change(self, effect: Any, before: Any = None, turned: tuple[float, float] = (0.0, 0.0)) -> Array:
-        """Return how displacements at the readings change with another effect, in standard deviations, (n,).
+        """Return the change of displacements at the readings by another effect, in standard deviations, (n,).
 
         Args:
             effect: in addition to those of the run.
-            before: in the place of which, when it is one of those.
-            turned: what is added to the angles of drive and loose gear from which the other counts [rad].
+            before: one of those, which it replaces.
+            turned: shifts of the angular datums of drive and loose gear for it [rad].
         """
         windows, run = self.windows, self.run
         pushed, active, reverse, driven = self.none, self.none, self.none, self.none
@@ -751,7 +750,7 @@ class Linearised:
         return made / windows.sigma
 
     def driven(self) -> list[tuple[int, Array]]:
-        """Return how predictions change with each harmonic of each record's drive, per standard deviation.
+        """Return sensitivities of predictions to each harmonic of each record's drive, per standard deviation.
 
         Returns:
             Record and column, (n,), of each.
@@ -783,7 +782,7 @@ class Linearised:
             rebound: of restitution at the events.
             starts: of place and rate.
             twist: of a body's twist and its rate, (w, 2).
-            driven: part of the change of the acceleration that is the drive's.
+            driven: part of the change of the acceleration by the drive.
         """
         windows, run = self.windows, self.run
         made = np.empty_like(self.none)

@@ -139,15 +139,11 @@ def test_files_and_functions_stay_within_their_limits(path):
             assert length <= MOST_LINES_OF_FUNCTION, f"{node.name} has {length} lines"
 
 
-# Modules whose constants have docstrings still.
-DESCRIBED = {"along_path", "path_fit", "path_scores", "path_search", "shooting"}
-
-
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
 def test_constants_have_comments_and_no_docstrings(path):
     body = ast.parse(path.read_text()).body
     for before, node in itertools.pairwise(body):
-        if isinstance(before, ast.Assign | ast.AnnAssign) and path.stem not in DESCRIBED:
+        if isinstance(before, ast.Assign | ast.AnnAssign):
             text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
             assert not text, f"line {node.lineno}: write it as a comment above the constant"
 

@@ -28,10 +28,6 @@ CHECKED = [
 ]
 """Files and folders that are checked."""
 OPEN = [
-    "gears3d/diagnosis/diagnosis.py",
-    "gears3d/diagnosis/path_fit.py",
-    "gears3d/diagnosis/path_search.py",
-    "gears3d/diagnosis/shooting.py",
     "gears3d/identify",
     "gears3d/measured",
 ]
