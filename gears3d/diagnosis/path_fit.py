@@ -1,7 +1,7 @@
 """Gauss-Newton fits of causes, starts and datums to windows of all records, and likelihood ratios of two fits.
 
-Input: windows of multiple shooting with their sensitivities, and causes. Starts are eliminated in each window (variable
-projection); numbers of causes and datums of records are common to all. Result: a state with numbers, starts, datums and
+Input: windows of multiple shooting with their sensitivities, and causes. Starts are projected out in each
+window; numbers of causes and datums of records are common to all. Result: a state with numbers, starts, datums and
 residuals, its covariance, and the gain of one state over another with its significance over windows.
 """
 
@@ -14,16 +14,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.causes import ACCEPT_PATH, EXCLUDED, LARGEST, SMALLEST, Cause, goes_by, moved, swings
+from gears3d.diagnosis.causes import ACCEPT_PATH, EXCLUDED, LARGEST, SLOPE_STEP, SMALLEST, Cause, goes_by, moved, swings
 from gears3d.diagnosis.prediction import GEARS
-from gears3d.diagnosis.preprocessing import order_of, reference
+from gears3d.diagnosis.preprocessing import ANGLE_STEP, order_of, reference
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
 from gears3d.effects import Code
 from gears3d.errors import InputError
 
 Array = np.ndarray
-# Step of a number in units, for sensitivities at a fit.
-STEP = 1e-3
 # A cause whose effect is quadratic, two whose effect is large from their smallest size on, and one with a number for
 # every impact.
 SQUARED, OIL, SOFT, SCATTER = "mesh_drag", "oil_film", "tooth_compliance", "restitution_scatter"
@@ -43,8 +41,6 @@ BENT, LEAST = 0.02, 0.1
 ROUNDS = 8
 # Largest steps in a round: of numbers and of starts in units, and of angular datums in radians.
 FARTHEST = (0.5, 0.2, 0.05)
-# Step of an angle, for sensitivities [rad].
-TURNED = 1e-5
 # Parts of a step that are tried (line search).
 DAMPED = (1.0, 0.3, 0.1)
 # Rounds in which starts are refitted after a step of the numbers before it is judged.
@@ -161,7 +157,7 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
                 windows.zeros = zeros + damping * step[numbers:at] * windows.backlash
                 windows.turned = turned.copy()
                 for side, records in angles:
-                    by = damping * step[at : at + len(records)] * TURNED / STEP
+                    by = damping * step[at : at + len(records)] * ANGLE_STEP / SLOPE_STEP
                     windows.turned[records, side] += np.clip(by, -FARTHEST[2], FARTHEST[2])
                     at += len(records)
                 tried = windows.moved(starts, left, along.spread, FARTHEST[1])
@@ -217,7 +213,7 @@ def columns_of(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
         # nonlinear: the film is thinnest where forces are largest
         bent = along.oiled or cause.candidate.kind in (*LAWS, RUB, SQUARED)
         for j, unit in enumerate(cause.units):
-            step = BENT * max(abs(cause.numbers[j]) / unit, LEAST) if bent else STEP
+            step = BENT * max(abs(cause.numbers[j]) / unit, LEAST) if bent else SLOPE_STEP
             step = TWISTED if cause.candidate.kind == BODY else step
             numbers = cause.numbers.copy()
             numbers[j] += step * unit
@@ -232,15 +228,15 @@ def columns_of(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
     columns += [(record == k) * unit for k in range(len(windows.zeros))]
     for side, records in _unknown_datums(windows, causes):
         turned = _datum_column(along, causes, side)
-        columns += [np.where(record == k, TURNED / STEP * turned, 0.0) for k in records]
+        columns += [np.where(record == k, ANGLE_STEP / SLOPE_STEP * turned, 0.0) for k in records]
     return columns
 
 
 def _datum_column(along: Linearised, causes: Sequence[Cause], side: int) -> Array:
     """Return the sensitivity of the predictions to the angular datum of a gear's causes [1/rad], (n,)."""
-    by = (TURNED, 0.0) if side == 0 else (0.0, TURNED)
+    by = (ANGLE_STEP, 0.0) if side == 0 else (0.0, ANGLE_STEP)
     own = [one.effect for one in causes if goes_by(one.candidate) == GEARS[side]]
-    return sum((along.column(one, one, by) for one in own if one is not None), np.zeros(len(along.rest))) / TURNED
+    return sum((along.column(one, one, by) for one in own if one is not None), np.zeros(len(along.rest))) / ANGLE_STEP
 
 
 def referenced(windows: Windows, now: State) -> State:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.causes import EXCLUDED, parameters, table
+from gears3d.diagnosis.causes import EXCLUDED, SMALLEST, parameters, table
 from gears3d.diagnosis.path_fit import SOFT
 from gears3d.diagnosis.residual_patterns import sensor_of
 from gears3d.diagnosis.run_information import (
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
 Array = np.ndarray
 # Standard deviations that a cause of the chosen size must have.
 SIGMAS = 5.0
-# Default size, in units: the smallest that the diagnosis calls a cause.
-SIZE = 0.01
 # Default mean speeds and fluctuations, relative to those of the rig.
 SLOWER, SWINGS = (1.0 / 3.0, 1.0, 3.0), (0.7, 1.0, 2.0)
 # Default durations [s].
@@ -213,7 +211,7 @@ def plan(
     separate: Sequence[str] = (),
     *,
     nuisances: Sequence[str] = (),
-    size: float = SIZE,
+    size: float = SMALLEST,
     at: float | None = None,
     speeds: Sequence[float] = (),
     amplitudes: Sequence[float] = (),

@@ -12,7 +12,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.causes import FREE, Candidate, Cause, begin, candidates, contribution, goes_by, slopes_of, table
+from gears3d.diagnosis.causes import (
+    FREE,
+    SLOPE_STEP,
+    Candidate,
+    Cause,
+    begin,
+    candidates,
+    contribution,
+    goes_by,
+    slopes_of,
+    table,
+)
 from gears3d.diagnosis.contact_law import has_compliance
 from gears3d.diagnosis.evidence import Evidence, Paths
 from gears3d.diagnosis.path_fit import (
@@ -21,8 +32,6 @@ from gears3d.diagnosis.path_fit import (
     OIL,
     SOFT,
     SQUARED,
-    STEP,
-    TURNED,
     columns_of,
     effects_of,
     fitted,
@@ -31,7 +40,7 @@ from gears3d.diagnosis.path_fit import (
     state_of,
 )
 from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals
-from gears3d.diagnosis.preprocessing import delay_of, has_original_datum, preprocess, slopes_of_datums, turn
+from gears3d.diagnosis.preprocessing import ANGLE_STEP, delay_of, has_original_datum, preprocess, slopes_of_datums, turn
 from gears3d.diagnosis.search import given
 from gears3d.diagnosis.shooting import MOST, Windows, shootable
 from gears3d.effects import catalogue
@@ -432,14 +441,14 @@ def _along_path(windows: Windows, truth: Truth, free: bool) -> Look:
     numbers = sum(len(one.numbers) for one in now.causes)
     made = columns_of(along, now.causes)
     own, local = made[:numbers], made[numbers:]
-    for gear, by in zip(GEARS, ((TURNED, 0.0), (0.0, TURNED)), strict=True):
+    for gear, by in zip(GEARS, ((ANGLE_STEP, 0.0), (0.0, ANGLE_STEP)), strict=True):
         turning = [one.effect for one in now.causes if free and goes_by(one.candidate) == gear and one.effect]
         local += [sum((along.column(one, one, by) for one in turning), np.zeros(len(along.rest)))]
     for cause in truth.others:
         for k, unit in enumerate(cause.units):
             moved = cause.numbers.copy()
-            moved[k] += STEP * unit
-            own.append(along.column(cause._replace(numbers=moved).effect, cause.effect) / STEP)
+            moved[k] += SLOPE_STEP * unit
+            own.append(along.column(cause._replace(numbers=moved).effect, cause.effect) / SLOPE_STEP)
     slopes = np.column_stack([away(one * weight) for one in own])
     rest = away(now.rest * weight)
     zeros = np.column_stack([away(one * weight) for one in local])
