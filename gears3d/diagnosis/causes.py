@@ -326,7 +326,7 @@ def score(known: Regressors, rest: Array, slopes: Array | None = None) -> list[S
         normal += stack.normal
         found[stack.owner, stack.number] += _products(stack.columns, wanted[known.spans[name]])
     normal -= found[..., 1:] @ np.swapaxes(found[..., 1:], 1, 2)
-    told: list[Scored | None] = [None] * len(known.candidates)
+    scored: list[Scored | None] = [None] * len(known.candidates)
     phased = np.array([one.phased for one in known.candidates], bool)
     scale = sum((stack.normal for stack in known.stacks.values()), np.zeros_like(normal))
     for size in (1, 2):
@@ -335,8 +335,8 @@ def score(known: Regressors, rest: Array, slopes: Array | None = None) -> list[S
         units, inverse, good = _solved(normal[mine, :size, :size], found[mine, :size, 0], wide)
         for k, own, square in zip(mine[good], units[good], inverse[good], strict=True):
             sigma = np.sqrt(np.maximum(np.diag(square), 0.0))
-            told[k] = Scored(known.candidates[k], float(found[k, :size, 0] @ own), own, sigma)
-    return sorted((one for one in told if one is not None), key=lambda each: price(each.candidate) - each.gain)
+            scored[k] = Scored(known.candidates[k], float(found[k, :size, 0] @ own), own, sigma)
+    return sorted((one for one in scored if one is not None), key=lambda each: price(each.candidate) - each.gain)
 
 
 def _products(columns: Array, wanted: Array) -> Array:

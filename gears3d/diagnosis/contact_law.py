@@ -1,7 +1,9 @@
 """Laws of contact, which segmentation cannot resolve: oil between the flanks, compliant teeth, friction.
 
-An episode is a short path of the loose gear from the middle of the gap, where only the drag acts, to a flank and back.
-A law, alone or with other causes, is fitted by Gauss-Newton to the readings of episodes, each with a free start.
+Segmentation by rigid flanks loses the motion on a flank, and in the last micrometres before it. An episode is a short
+path of the loose gear from the middle of the gap, where only the drag acts, to a flank and back, for a few falls across
+the gap. A law, alone or with other causes, is fitted by Gauss-Newton to the readings of episodes, each with a free
+start (multiple shooting).
 """
 
 from __future__ import annotations
@@ -64,11 +66,6 @@ _LAWS = {Code.IMPACT_OFFSET: (paths.RESTITUTION,), Code.IMPACT_SLOPE: (paths.SLO
 LAW_CHANNELS = ("visit",)
 # Smallest ratio of sizes of a cause after and before a round: laws of contact have no sign.
 SMALLEST_RATIO = 0.3
-
-
-# The motion on a flank, or in the last micrometres before it, is lost once a record is segmented into flights and
-# contacts by rigid flanks. Here nothing is segmented: an episode begins in the middle of the gap, where only the drag
-# acts, and continues for a few falls across the gap; its start is free.
 
 
 @dataclass(frozen=True, eq=False)

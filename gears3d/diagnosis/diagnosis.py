@@ -244,14 +244,14 @@ class AlongPath(NamedTuple):
         causes = [one for one in found.fit.causes if one.candidate.kind not in UNSEEN]
         if any(one.candidate.kind in STEPS for one in causes):
             return [False] * len(found.fit.causes)
-        told = {one.name: one.turned for one in (*self.others, *found.records)}
-        turned = [told.get(name, (0.0, 0.0)) for name in self.names]
+        turned_of = {one.name: one.turned for one in (*self.others, *found.records)}
+        turned = [turned_of.get(name, (0.0, 0.0)) for name in self.names]
         if self.agrees:
             wrong = {k: self._denies(found.records, one, turned) for k, one in enumerate(causes)}
         else:
             wrong = self._off(found.records, causes, against(self.windows, causes, turned) if causes else None)
-        told = iter(range(len(causes)))
-        return [one.candidate.kind not in UNSEEN and wrong[next(told)] for one in found.fit.causes]
+        order = iter(range(len(causes)))
+        return [one.candidate.kind not in UNSEEN and wrong[next(order)] for one in found.fit.causes]
 
     def denies_scatter(self, value: float) -> bool:
         """Return whether the rig without causes explains the trajectory, and scatter gains too little there."""
@@ -492,13 +492,13 @@ class Diagnosis(Result):
     def _repr_html_(self) -> str:
         from gears3d import notebook
 
-        told = heldout_summary(self.held)
+        summary = heldout_summary(self.held)
         numbers = (
             (f"{one.kind}: {name}", f"{number.value:.5g} {number.unit} (95 %: {number.low:.5g} to {number.high:.5g})")
             for one in self.causes
             for name, number in one.parameters.items()
         )
-        gain = "" if told["gain"] is None else f"{100.0 * told['gain']:.4g} %"
+        gain = "" if summary["gain"] is None else f"{100.0 * summary['gain']:.4g} %"
         rows = [*numbers, *((one.kind, one.evidence) for one in self.causes), ("held-out error reduction", gain)]
         rows += [("residual pattern", one.name) for one in self.left] + [("note", one.text) for one in self.notes]
         return notebook.table(f"Diagnosis: {self.verdict.replace('_', ' ')}", rows)
@@ -655,11 +655,11 @@ def _by_path(
     held = whole.held(found)
     solid, proposed = _further(found, accepted.others, tell, bodies, runs)
     limits, known = whole.limits, found.records + (whole.others if whole.records else [])
-    told = (*accepted.notes, *phase_notes(causes), *tooth_notes(found.records))
+    stated = (*accepted.notes, *phase_notes(causes), *tooth_notes(found.records))
     verdict = classify(causes, [], limits) if accepted.decides else "not_decidable"
     tell("done", 1.0)
     return Diagnosis(verdict, causes, (), held, limits, _extended(rig, causes), tuple(record_contributions(known)),
-                     _findings(admitted), found, accepted.others, told, accepted.suspects, solid,
+                     _findings(admitted), found, accepted.others, stated, accepted.suspects, solid,
                      runs=proposed)  # fmt: skip
 
 
@@ -755,25 +755,25 @@ def extended_text(found: Diagnosis) -> str:
         return text
     for k, cause in reversed(list(zip(heads[-len(found.causes) :], found.causes, strict=True))):
         lines[k:k] = ["", *(f"# {line}" for line in _facts(cause))]
-    told = "\n".join(lines) + "\n"
-    return told if tomllib.loads(told) == tomllib.loads(text) else text
+    commented = "\n".join(lines) + "\n"
+    return commented if tomllib.loads(commented) == tomllib.loads(text) else text
 
 
 def _facts(cause: Named) -> list[str]:
     """Return the known facts on a cause, line by line."""
-    told = [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in _intervals(cause))]
+    lines = [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in _intervals(cause))]
     if cause.zero:
-        told.append(
+        lines.append(
             f"phase and tooth number count from the first angle of {pathlib.Path(cause.zero).name}, "
             "not from an index mark"
         )
-    return told
+    return lines
 
 
 def _intervals(cause: Named) -> list[str]:
     """Return the 95 % intervals of a cause's numbers in the form of a scenario."""
-    told = []
+    lines = []
     for name, one in cause.parameters.items():
         family, digits = cause.effect.params[name].family, significant_digits(one)
-        told.append(f"{name} {show(one.low, family, digits)} to {show(one.high, family, digits)}")
-    return told
+        lines.append(f"{name} {show(one.low, family, digits)} to {show(one.high, family, digits)}")
+    return lines

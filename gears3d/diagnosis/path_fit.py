@@ -257,15 +257,15 @@ def _unknown_datums(windows: Windows, causes: Sequence[Cause]) -> list[tuple[int
 
     Where no record has an index mark, the phases of causes refer to the datum of one.
     """
-    told = []
+    unknown = []
     for side, gear in enumerate(GEARS):
         own = [one.candidate for one in causes if goes_by(one.candidate) == gear]
         lost = np.flatnonzero(windows.lost[:, side]).tolist()
         if len(lost) == len(windows.lost) and any(one.phased for one in own):
             lost.remove(int(np.argmin(np.abs(windows.turned[:, side]))))
         if own and lost:
-            told.append((side, lost))
-    return told
+            unknown.append((side, lost))
+    return unknown
 
 
 def settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
@@ -555,10 +555,10 @@ def covariance_of(windows: Windows, now: State) -> Array:
     wide = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(level * np.diag(inverse), 1e-300), 1.0))
     made = (level * inverse * np.outer(wide, wide))[: len(units), : len(units)] * np.outer(units, units)
     kinds = [one.candidate.kind for one in now.causes for _ in one.numbers]
-    if SCATTER in kinds and (told := kicked(windows, now.causes)) is not None:
+    if SCATTER in kinds and (known := kicked(windows, now.causes)) is not None:
         at = kinds.index(SCATTER)
         size = now.causes[[one.candidate.kind for one in now.causes].index(SCATTER)].numbers[0]
-        made[at, at] = size**2 / (2.0 * max(float(np.sum(told[1] ** 2)), 1e-9))
+        made[at, at] = size**2 / (2.0 * max(float(np.sum(known[1] ** 2)), 1e-9))
     if BODY in kinds:  # its inertia, and the logarithm of the stiffness
         at, body = kinds.index(BODY), next(one for one in now.causes if one.candidate.kind == BODY)
         made[[at, at + 1], [at, at + 1]] += (SWAYED * np.array([float(body.numbers[0]), 1.0])) ** 2

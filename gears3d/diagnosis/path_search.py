@@ -218,11 +218,11 @@ def halves(windows: Windows, causes: Sequence[Cause]) -> list[tuple[float, float
             one.zeros, one.turned = before.zeros.copy(), before.turned.copy()
         now = fitted(parts[0], state_of(parts[0], causes, parts[0].read))
         held, levels = parts[1], []
-        for told in ((), now.causes):
-            held.restart(effects_of(told))
-            rest = settled(held, effects_of(told), held.residuals(effects_of(told)))
-            level, missed = held.level(rest), held.level(held.missed(effects_of(told)))
-            levels.append((float(np.median(level)), float(np.sqrt(np.median(missed))), state_of(held, told, rest)))
+        for trial in ((), now.causes):
+            held.restart(effects_of(trial))
+            rest = settled(held, effects_of(trial), held.residuals(effects_of(trial)))
+            level, missed = held.level(rest), held.level(held.missed(effects_of(trial)))
+            levels.append((float(np.median(level)), float(np.sqrt(np.median(missed))), state_of(held, trial, rest)))
         (base, off, blind), (extended, left, more) = levels
         gain = 0.5 * gain_of(held, blind, more)[0]
         made.append((base, extended, off, left, gain))

@@ -189,8 +189,8 @@ class MeasurementPlan(Result):
     options: tuple[Option, ...]
 
     def __repr__(self) -> str:
-        told = [f"{len(one.runs)} runs{'' if one.reached else ', not reached'}" for one in self.options]
-        return f"MeasurementPlan({'; '.join(told)})"
+        parts = [f"{len(one.runs)} runs{'' if one.reached else ', not reached'}" for one in self.options]
+        return f"MeasurementPlan({'; '.join(parts)})"
 
     def to_dict(self) -> dict[str, Any]:
         """Return a JSON-compatible dictionary."""

@@ -125,7 +125,7 @@ def _off_steady_motion(time: Array, angle: Array, turns: Sequence[float]) -> tup
 
 def _datum_notes(admitted: Iterable[Admitted]) -> list[Note]:
     """Return the elements of a rig that depend on the angle of a gear with an unknown angular datum."""
-    told = []
+    notes = []
     for one in admitted:
         lost = one.recording.meta.get("zero_arbitrary", ())
         effects = one.rig.effects if one.rig is not None else ()
@@ -133,8 +133,8 @@ def _datum_notes(admitted: Iterable[Admitted]) -> list[Note]:
         if bound:
             text = f"the rig has {', '.join(bound)}, which depends on a gear angle with unknown datum in this record"
             remedy = "give records with an index mark, or remove the effect from the rig: it will be identified again"
-            told.append(Note("zeros-unknown", text, remedy, one.file, True))
-    return told
+            notes.append(Note("zeros-unknown", text, remedy, one.file, True))
+    return notes
 
 
 def usable(admitted: Sequence[Admitted]) -> tuple[list[Admitted], list[Note]]:
@@ -612,8 +612,8 @@ def settled(records: Sequence[Evidence], causes: Sequence[Cause]) -> tuple[Array
         tables, rests, places = [], [], []
         for k, one in enumerate(now):
             own = contribution([one], effects)
-            told = residuals(one)
-            rests.append(np.concatenate([told[name] for name in CHANNELS]) - own)
+            rest_of = residuals(one)
+            rests.append(np.concatenate([rest_of[name] for name in CHANNELS]) - own)
             lost = [
                 side
                 for side, gear in enumerate(GEARS)

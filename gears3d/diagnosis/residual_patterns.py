@@ -395,28 +395,28 @@ def flight_order_spectrum(
         total += heavy / level**2
     if not np.any(total > 0.0):
         return
-    told = [likelihood(gain, own) for gain, own in zip(gains, held, strict=True)]
+    scores = [likelihood(gain, own) for gain, own in zip(gains, held, strict=True)]
     tried: set[int] = set()
-    while (best := best_order(told)) not in tried and len(tried) < RECOMPUTED:
+    while (best := best_order(scores)) not in tried and len(tried) < RECOMPUTED:
         tried.add(best)
-        for one, own, turned, gain, sure in zip(records, held, angle, gains, told, strict=True):
+        for one, own, turned, gain, sure in zip(records, held, angle, gains, scores, strict=True):
             gain[best] = _order_gain(one, own, turned, float(orders[best])) if gain[best] > 0.0 else 0.0
             sure[best] = likelihood(gain[best], own)
     own = np.array([gain[best] for gain in gains])
     excess = np.array([float(each @ each) - len(each) / level**2 for each in held])[own > 0.0]
     if np.sum(own) > ORDER_SHARE * np.sum(excess) and np.any(own > 0.0):
         found, sure = (
-            order_structure(name, orders, each, best, level, float(total[best]), "rad/s^2") for each in (gains, told)
+            order_structure(name, orders, each, best, level, float(total[best]), "rad/s^2") for each in (gains, scores)
         )
         yield found._replace(chance=max(found.chance, sure.chance))
 
 
 def _order_gain(one: Evidence, rest: Array, angle: Array, order: float) -> float:
     """Return the fall of chi-square in a record by one order of any size and phase."""
-    told = _shows_band(angle, _band(np.array(order)))
-    wave = flight_response(one, np.exp(1j * order * angle))[told].ravel()
+    shown = _shows_band(angle, _band(np.array(order)))
+    wave = flight_response(one, np.exp(1j * order * angle))[shown].ravel()
     columns = np.column_stack([np.real(wave), np.imag(wave)])
-    pull = columns.T @ rest.reshape(-1, BINS)[told].ravel()
+    pull = columns.T @ rest.reshape(-1, BINS)[shown].ravel()
     return float(pull @ np.linalg.lstsq(columns.T @ columns, pull, rcond=1e-6)[0])
 
 
@@ -433,12 +433,12 @@ def _in_bands(one: Evidence, back: Array, angle: Array, orders: Array, highest: 
     """Return the squared projection of flights on each order and the squared norm of its unit wave, each (o,)."""
     power, heavy, band = np.zeros(len(orders)), np.zeros(len(orders)), _band(orders)
     for each in range(int(band[-1]) + 1):
-        told, within = _shows_band(angle, each), band == each
-        if not np.any(told):
+        shown, within = _shows_band(angle, each), band == each
+        if not np.any(shown):
             break
-        power[within] = power_at(angle[told].ravel(), back[told].ravel(), orders[within], highest)
+        power[within] = power_at(angle[shown].ravel(), back[shown].ravel(), orders[within], highest)
         some = LOWEST_ORDER * BAND ** (each + np.linspace(0.0, 1.0, ORDERS_PER_BAND))
-        own = [float(np.sum(np.abs(flight_response(one, np.exp(1j * order * angle))[told]) ** 2)) for order in some]
+        own = [float(np.sum(np.abs(flight_response(one, np.exp(1j * order * angle))[shown]) ** 2)) for order in some]
         heavy[within] = np.exp(np.interp(np.log(orders[within]), np.log(some), np.log(np.maximum(own, 1e-300))))
     return power, heavy
 
@@ -513,8 +513,8 @@ def _ringing_gain(waves: list[Array], parts: list[Array]) -> tuple[float, float]
     whole = np.sum(heavy, axis=0)
     if np.linalg.det(whole) <= 1e-12 * np.trace(whole) ** 2:
         return 0.0, 0.0
-    told = np.linalg.solve(whole, np.sum(force, axis=0))
-    gains = [float(2.0 * told @ pull - told @ own @ told) for own, pull in zip(heavy, force, strict=True)]
+    sizes = np.linalg.solve(whole, np.sum(force, axis=0))
+    gains = [float(2.0 * sizes @ pull - sizes @ own @ sizes) for own, pull in zip(heavy, force, strict=True)]
     likely = [likelihood(max(gain, 0.0), part) for gain, part in zip(gains, parts, strict=True)]
     gain = sum(gains) - max(gains)
     return gain, min(gain, sum(likely) - max(likely))
@@ -601,14 +601,14 @@ def gap_deceleration(records: Sequence[Evidence], rest: Sequence[Array]) -> GapD
     columns = [_gap_columns(one) for one, _ in some]
     heavy = [own.T @ own for own in columns]
     force = [own.T @ value for own, value in zip(columns, held, strict=True)]
-    told = _solved(np.sum(heavy, axis=0), np.sum(force, axis=0))
-    gains = np.array([2.0 * told @ pull - told @ own @ told for own, pull in zip(heavy, force, strict=True)])
+    sizes = _solved(np.sum(heavy, axis=0), np.sum(force, axis=0))
+    gains = np.array([2.0 * sizes @ pull - sizes @ own @ sizes for own, pull in zip(heavy, force, strict=True)])
     likely = np.array([likelihood(max(own, 0.0), value) for own, value in zip(gains, held, strict=True)])
     excess = np.array([float(value @ value) - len(value) for value in held])
     each = [level * _solved(own, pull) for own, pull in zip(heavy, force, strict=True)]
     place = np.linspace(0.0, 1.0, GAP_PLACES)
     own = np.array([np.interp(place, GAP_KNOTS, one) for one in each])
-    return GapDeceleration(place, np.interp(place, GAP_KNOTS, level * told), own, gains, excess, likely, level)
+    return GapDeceleration(place, np.interp(place, GAP_KNOTS, level * sizes), own, gains, excess, likely, level)
 
 
 def gap_pattern(records: Sequence[Evidence], rest: Sequence[Array]) -> Iterator[Structure]:

@@ -189,16 +189,16 @@ def heldout_summary(found: Sequence[Split]) -> dict[str, Any]:
     gain = 1.0 - left / sum(excess) if sum(excess) > 0.0 else None
     shows = [one.gain for one, own in zip(found, excess, strict=True) if own > COUNTED_SHARE * sum(excess)]
     ends = [] if gain is None else [min(shows, default=gain), max(shows, default=gain)]
-    told: dict[str, Any] = {}
+    summary: dict[str, Any] = {}
     for k, name in enumerate(("base", "extended")):
         sizes = {}
         for channel, unit in UNITS.items():
             rms = [one.sizes[channel][k] for one in found if channel in one.sizes]
             if rms:
                 sizes[channel] = {"value": float(np.sqrt(np.mean(np.square(rms)))), "unit": unit}
-        told[name] = {**sizes, "D": float(np.mean([getattr(one, name) for one in found]))}
+        summary[name] = {**sizes, "D": float(np.mean([getattr(one, name) for one in found]))}
     held = [{"held_out": list(one.held), "gain": one.gain, "log_likelihood": one.likelihood} for one in found]
-    return {**told, "noise": float(np.mean([one.noise for one in found])), "gain": gain,
+    return {**summary, "noise": float(np.mean([one.noise for one in found])), "gain": gain,
             "gain_range": ends,
             "log_likelihood": float(sum(one.likelihood for one in found)), "splits": held}  # fmt: skip
 
@@ -237,7 +237,7 @@ def engine_check(
     if not parts:
         return EngineCheck((), (), {}, "no record could be segmented into the flights and contacts that it predicts")
     chosen = np.unique(np.linspace(0, len(parts) - 1, min(HELD_PARTS, len(parts))).round().astype(int))
-    told, plain, events = [], [], dict.fromkeys(ENGINE_CHANNELS, 0)
+    checked, plain, events = [], [], dict.fromkeys(ENGINE_CHANNELS, 0)
     for done, k in enumerate(chosen):
         train = [one for i, one in enumerate(parts) if i != k]
         rest = np.concatenate([residuals(one)[name] for name in CHANNELS for one in train])
@@ -251,7 +251,7 @@ def engine_check(
             after = engine_residuals(some, effects)
         except GearsError as error:
             return EngineCheck((), (), {}, str(error))
-        told.append(worth(some, before, after))
+        checked.append(worth(some, before, after))
         own = {name: rest for name, rest in residuals(some).items() if name in ENGINE_CHANNELS}
         less = {name: own[name] - contribution([some], effects, (name,)) for name in ENGINE_CHANNELS}
         plain.append(worth(some, own, less))
@@ -259,7 +259,7 @@ def engine_check(
             events[name] += len(before[name])
         if progress is not None:
             progress((done + 1.0) / len(chosen))
-    return EngineCheck(tuple(told), tuple(plain), events)
+    return EngineCheck(tuple(checked), tuple(plain), events)
 
 
 def engine_residuals(one: Evidence, effects: Sequence[Any]) -> dict[str, Array]:
@@ -320,10 +320,10 @@ def as_spur_gears(one: Evidence, rows: Sequence[Row] = ()) -> list[tuple[str, An
 
 def heldout_3d(found: EngineCheck | None) -> dict[str, Any]:
     """Return the held-out error reduction in the engine in the form of the contract."""
-    told = heldout_summary(found.splits if found is not None else ())
+    summary = heldout_summary(found.splits if found is not None else ())
     if found is None or not found.splits:
-        return {**told, "why": found.why if found is not None else "not asked for"}
-    return {**told, "gain_rigid": heldout_summary(found.rigid)["gain"], "events": found.events, "why": ""}
+        return {**summary, "why": found.why if found is not None else "not asked for"}
+    return {**summary, "gain_rigid": heldout_summary(found.rigid)["gain"], "events": found.events, "why": ""}
 
 
 def drive_start(one: Evidence) -> float:

@@ -87,11 +87,11 @@ def information(one: Evidence, causes: Sequence[Cause], others: Sequence[Cause] 
     """
     effects = [cause.effect for cause in causes if cause.effect is not None]
     slopes = np.column_stack([column for cause in (*causes, *others) for column in slopes_of([one], cause)])
-    own, told = contribution([one], effects), residuals(one)
-    rest = np.concatenate([told[name] for name in CHANNELS]) - own
+    own, rests = contribution([one], effects), residuals(one)
+    rest = np.concatenate([rests[name] for name in CHANNELS]) - own
     if len(across := _zeros(one, effects, own)):
         slopes = slopes - across.T @ (across @ slopes)
-    where = np.concatenate([np.arange(len(told[n])) * STRETCHES[0] // max(len(told[n]), 1) for n in CHANNELS])
+    where = np.concatenate([np.arange(len(rests[n])) * STRETCHES[0] // max(len(rests[n]), 1) for n in CHANNELS])
     voted = np.zeros((STRETCHES[0], slopes.shape[1]))
     np.add.at(voted, where, slopes * rest[:, None])
     return Information(slopes.T @ slopes, voted, float(rest @ rest), len(rest))

@@ -180,8 +180,8 @@ def _agreeing(records: Sequence[Evidence], now: Fit) -> Array:
 
 def _base(records: Sequence[Evidence]) -> Array:
     """Return the residuals of the rig as it is, stacked, (n,)."""
-    told = [residuals(one) for one in records]
-    return np.concatenate([one[name] for name in CHANNELS for one in told])
+    rests = [residuals(one) for one in records]
+    return np.concatenate([one[name] for name in CHANNELS for one in rests])
 
 
 def known_of(records: Sequence[Evidence], highest: int, before: Regressors | None = None) -> tuple[Array, Regressors]:
@@ -297,17 +297,17 @@ def aligned_search(records: list[Evidence], highest: int, first: Sequence[Cause]
     if not gears:
         return records, search(records, highest, first)
     base, known = known_of(with_own_noise([without_strays(one) for one in records]), highest)
-    told = {gear: _datum_shifts(known, base, gear) for gear in gears}
+    shifts = {gear: _datum_shifts(known, base, gear) for gear in gears}
     found = None
     for _ in range(ALIGNMENTS):
-        by = {gear: _applied_shifts(records, gear, told.get(gear)) for gear in GEARS}
+        by = {gear: _applied_shifts(records, gear, shifts.get(gear)) for gear in GEARS}
         if found is not None and not any(
-            one is not None and exceeds_uncertainty(one[1], by[gear]) for gear, one in told.items()
+            one is not None and exceeds_uncertainty(one[1], by[gear]) for gear, one in shifts.items()
         ):
             break
         records = [turn(*each) for each in zip(records, by["drive"], by["loose"], strict=True)]
         found = search(records, highest, first)
-        told = {gear: _remaining_shifts(found, gear) for gear in gears}
+        shifts = {gear: _remaining_shifts(found, gear) for gear in gears}
     assert found is not None
     for _ in range(JOINT_FITS):
         by, changed = settled(found.records, found.fit.causes)
@@ -320,19 +320,19 @@ def aligned_search(records: list[Evidence], highest: int, first: Sequence[Cause]
 
 def _datum_shifts(known: Regressors, rest: Array, gear: str) -> tuple[Array, Phases] | None:
     """Return the datum shifts of records from the candidate of largest gain with an order, or from a single tooth."""
-    told, single = datum_shifts(known, rest, gear), single_tooth(known, rest, gear)
+    phases, single = datum_shifts(known, rest, gear), single_tooth(known, rest, gear)
     lost = np.array([gear in one.unmarked for one in known.records])
-    if not np.all(lost) or single.gain < (told[1].gain if told is not None else TOOTH_GAIN):
-        return told
+    if not np.all(lost) or single.gain < (phases[1].gain if phases is not None else TOOTH_GAIN):
+        return phases
     one = Candidate(SINGLE_TOOTH, {"gear": gear}, "offset", 1.0, False, ("contact",))
     return single.turns, Phases(one, single.gain, single.place, single.worth * single.teeth**2)
 
 
-def _applied_shifts(records: Sequence[Evidence], gear: str, told: tuple[Array, Phases] | None) -> Array:
+def _applied_shifts(records: Sequence[Evidence], gear: str, shifts: tuple[Array, Phases] | None) -> Array:
     """Return the datum shifts of records; a record that shows the candidate clearly keeps its datum."""
-    if told is None:
+    if shifts is None:
         return np.zeros(len(records))
-    by, seen = told
+    by, seen = shifts
     if seen.candidate.kind == SINGLE_TOOTH or not all(gear in one.unmarked for one in records):
         return by
     first, side = reference(seen.worth), GEARS.index(gear)
@@ -344,25 +344,25 @@ def _remaining_shifts(found: Search, gear: str) -> tuple[Array, Phases] | None:
     own = [cause for cause in found.fit.causes if goes_by(cause.candidate) == gear]
     effects = [cause.effect for cause in own if cause.effect is not None]
     parts = contribution(found.records, effects)
-    told = _datum_shifts(found.known, found.fit.rest + parts, gear)
+    shifts = _datum_shifts(found.known, found.fit.rest + parts, gear)
     if (
-        told is None
-        or told[1].candidate.kind == SINGLE_TOOTH
-        or order_of(told[1].candidate) == 1
-        or exceeds_uncertainty(told[1], told[0])
+        shifts is None
+        or shifts[1].candidate.kind == SINGLE_TOOTH
+        or order_of(shifts[1].candidate) == 1
+        or exceeds_uncertainty(shifts[1], shifts[0])
     ):
-        return told
-    strongest = [one for one in effects if getattr(one, "order", 1) == order_of(told[1].candidate)]
+        return shifts
+    strongest = [one for one in effects if getattr(one, "order", 1) == order_of(shifts[1].candidate)]
     rest = found.fit.rest + parts - contribution(found.records, strongest)
-    return _whole_periods(told, datum_shifts(found.known, rest, gear, [order_of(told[1].candidate)]))
+    return _whole_periods(shifts, datum_shifts(found.known, rest, gear, [order_of(shifts[1].candidate)]))
 
 
-def _whole_periods(told: tuple[Array, Phases], other: tuple[Array, Phases] | None) -> tuple[Array, Phases]:
+def _whole_periods(shifts: tuple[Array, Phases], other: tuple[Array, Phases] | None) -> tuple[Array, Phases]:
     """Return shifts by whole periods of the strongest order, selected by another order."""
     if other is None:
-        return told
-    period, own = 2.0 * pi / order_of(told[1].candidate), 2.0 * pi / order_of(other[1].candidate)
-    tried = period * np.arange(order_of(told[1].candidate))
+        return shifts
+    period, own = 2.0 * pi / order_of(shifts[1].candidate), 2.0 * pi / order_of(other[1].candidate)
+    tried = period * np.arange(order_of(shifts[1].candidate))
     off = np.abs((tried[None] - other[0][:, None] + own / 2.0) % own - own / 2.0)
     best = tried[np.argmin(off, axis=1)]
     return np.where(other[0] == 0.0, 0.0, best), other[1]
@@ -373,9 +373,9 @@ def without_strays(one: Evidence) -> Evidence:
 
     A gear that rolls off the edge of a tooth moves on a parabola, too, but not on that of a flight.
     """
-    told = residuals(one)
-    one = _without_rolling(one, told["flight"])
-    losses, rest = one.channels.losses, told["loss"]
+    rest_of = residuals(one)
+    one = _without_rolling(one, rest_of["flight"])
+    losses, rest = one.channels.losses, rest_of["loss"]
     good = np.ones(len(rest), bool)
     for flank in (0, 1):
         own = losses.flank == flank
@@ -496,7 +496,7 @@ class Rival(NamedTuple):
 
 def rivals(records: Sequence[Evidence], found: Search) -> list[list[Rival]]:
     """Return for each cause the hypotheses that could replace it, best first."""
-    now, told, level = found.fit, [], _chi2_level(found)
+    now, result, level = found.fit, [], _chi2_level(found)
     for k, cause in enumerate(now.causes):
         others = now.causes[:k] + now.causes[k + 1 :]
         less = fit(records, found.base, others)
@@ -507,8 +507,8 @@ def rivals(records: Sequence[Evidence], found: Search) -> list[list[Rival]]:
             worse = one.chi2 - now.chi2
             deviance = worse / scale + _price(one, scale) - _price(now, scale)
             own.append(Rival(causes, worse, worse > level * least, deviance))
-        told.append(sorted(own, key=lambda one: one.worse))
-    return told
+        result.append(sorted(own, key=lambda one: one.worse))
+    return result
 
 
 def _price(one: Fit, scale: float) -> float:
@@ -609,7 +609,7 @@ def experiments(
         seen.append(simulated_run(like, run, effects))
         if progress is not None:
             progress(0.7 * (k + 1) / len(planned))
-    told = []
+    result = []
     for at, (k, rival) in enumerate(pairs):
         causes = (*found.fit.causes[:k], *rival.causes, *found.fit.causes[k + 1 :])
         made = [
@@ -624,10 +624,10 @@ def experiments(
         made.sort(key=lambda run: -(run.sigma or 0.0))
         kinds = " + ".join(rival.kinds)
         now = float(np.sqrt(max(rival.worse, 0.0) / _chi2_level(found)))
-        told.append(Experiment(found.fit.causes[k].candidate.kind, kinds, now, tuple(made)))
+        result.append(Experiment(found.fit.causes[k].candidate.kind, kinds, now, tuple(made)))
         if progress is not None:
             progress(0.7 + 0.3 * (at + 1) / len(pairs))
-    return tuple(told)
+    return tuple(result)
 
 
 def runs(like: Evidence) -> list[Run]:
@@ -768,8 +768,8 @@ def options(kind: str, gain: float, others: Sequence[tuple[tuple[str, ...], floa
     weights = [exp(-0.5 * min(max(one, 0.0), LEAST)) for one in worse]
     kinds = [(kind,), *(kinds for kinds, _ in others), ()]
     known = (1.0 - OUTSIDE) / sum(weights)
-    told = [Option(own, known * weight) for own, weight in zip(kinds, weights, strict=True)]
-    return (*told, Option(None, OUTSIDE))
+    stated = [Option(own, known * weight) for own, weight in zip(kinds, weights, strict=True)]
+    return (*stated, Option(None, OUTSIDE))
 
 
 def posterior(places: Sequence[Sequence[Option]]) -> tuple[Probable, ...]:

@@ -93,14 +93,14 @@ def split_accepted(
     named = sorted([*name_causes(found, others, path), *additional], key=lambda one: -one.gain)
     weak = _insufficient(found) if path is None else [None] * len(found.fit.causes)
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
-    told = [
+    stated = [
         *notes,
         *record_notes(found.records),
         *cause_notes(rig, own),
         *speed_notes(found.records, own),
         *(why for why in weak if why is not None),
     ]
-    blocked = any(one.blocks for one in told)
+    blocked = any(one.blocks for one in stated)
     stays = [why is None and not blocked for why in weak]
     kept = [cause.effect for cause, stay in zip(found.fit.causes, stays, strict=True) if stay]
     causes = tuple(one for one in named if not blocked and (one.effect in kept or one in additional))
@@ -108,7 +108,7 @@ def split_accepted(
     if not all(stays):
         found = _with_some(found, stays)
         others = [each for each, stay in zip(others, stays, strict=True) if stay]
-    return Accepted(found, others, causes, suspects, tuple(told), not blocked and (bool(causes) or not suspects))
+    return Accepted(found, others, causes, suspects, tuple(stated), not blocked and (bool(causes) or not suspects))
 
 
 def tested_by_prediction(
@@ -126,7 +126,7 @@ def tested_by_prediction(
     if not any(refuted):
         return accepted, left
     bad = tuple(one for one, own in zip(accepted.causes, refuted, strict=True) if own)
-    told = [
+    stated = [
         Note(
             "path-refutes",
             f"{one.kind}: in {len(errors.base)} windows that begin in measured states, the model without it comes"
@@ -137,7 +137,7 @@ def tested_by_prediction(
         for one, own in zip(accepted.causes, errors.without, strict=True)
         if one in bad
     ]
-    accepted = _rejecting(accepted, bad, told)
+    accepted = _rejecting(accepted, bad, stated)
     return accepted, left if accepted.causes else []
 
 
@@ -155,8 +155,8 @@ def tested_by_path(accepted: Accepted, path: Path, wrong: Sequence[bool], agrees
         f" it: it deviates by {np.sqrt(path.before):.3g} times the noise for the rig as it is, and by"
         f" {np.sqrt(path.after):.3g} times with the causes that it shows itself"
     )
-    told = Note("path-refutes", text, "check the motion, the counts and the condition of the records")
-    left = _rejecting(accepted, refuted, [told])
+    note = Note("path-refutes", text, "check the motion, the counts and the condition of the records")
+    left = _rejecting(accepted, refuted, [note])
     return left._replace(decides=accepted.decides) if agrees else left
 
 
@@ -167,8 +167,8 @@ def _rejecting(accepted: Accepted, refuted: Sequence[Named], notes: Sequence[Not
     stays = [cause.effect in kept for cause in accepted.found.fit.causes]
     others = [each for each, stay in zip(accepted.others, stays, strict=True) if stay]
     found = accepted.found if all(stays) else _with_some(accepted.found, stays)
-    suspects, told = (*refuted, *accepted.suspects), (*accepted.notes, *notes)
-    return Accepted(found, others, causes, suspects, told, accepted.decides and bool(causes))
+    suspects, stated = (*refuted, *accepted.suspects), (*accepted.notes, *notes)
+    return Accepted(found, others, causes, suspects, stated, accepted.decides and bool(causes))
 
 
 def _um(errors: Array) -> str:
@@ -208,10 +208,10 @@ def record_notes(records: Sequence[Evidence]) -> list[Note]:
         remedy = f"record at least {FEWEST_PERIODS:.0f} periods, better 30"
         notes.append(Note("too-short", text, remedy, "", True))
     still = [one for one in records if not len(one.channels.flights.time) and not len(one.channels.impacts.time)]
-    told = "without free flights, drag, restitution and backlash are not observable"
+    reason = "without free flights, drag, restitution and backlash are not observable"
     remedy = "increase the fluctuation of the drive: `gears3d excitation` prints the threshold"
     if len(still) == len(records):
-        notes.append(Note("no-rattle", f"the gears stay in contact throughout: {told}", remedy))
+        notes.append(Note("no-rattle", f"the gears stay in contact throughout: {reason}", remedy))
     else:
         notes += [Note("no-rattle", "the gears stay in contact throughout", remedy, one.name) for one in still]
     speeds = [abs(one.motion.mean) for one in records]
@@ -307,15 +307,15 @@ def speed_notes(records: Sequence[Evidence], effects: Iterable[Any]) -> list[Not
 
 def phase_notes(causes: Iterable[Any]) -> list[Note]:
     """Return the reference of phases without an index mark."""
-    told: dict[str, list[str]] = {}
+    kinds_of: dict[str, list[str]] = {}
     for one in causes:
         if one.zero:
-            told.setdefault(one.zero, []).append(one.kind)
+            kinds_of.setdefault(one.zero, []).append(one.kind)
     remedy = "record with a common index mark to obtain phases and tooth numbers on the gears"
     return [
         Note("zeros-arbitrary", f"{', '.join(kinds)}: phase or tooth number counts from the first angle of this "
              "record; the angular datum of the other records is estimated from this effect", remedy, record)
-        for record, kinds in told.items()
+        for record, kinds in kinds_of.items()
     ]  # fmt: skip
 
 

@@ -116,7 +116,7 @@ def fixed_parameter(effect: Any, name: str, written: Any) -> Any:
 
 def name_causes(found: Search, others: list[list[Rival]], path: Path | None = None) -> list[Named]:
     """Return the reported causes of a search, largest gain first."""
-    now, at, told = found.fit, 0, []
+    now, at, named = found.fit, 0, []
     known = covariance(found.records, now.causes) if now.causes and path is None else now.covariance
     for k, cause in enumerate(now.causes):
         own = slice(at, at + len(cause.numbers))
@@ -136,11 +136,11 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
         written, zero = table(effect, numbers), reference_record(found.records, effect)
         if zero and zero != found.records[0].name:
             numbers.pop("phase", None)
-        told.append(
+        named.append(
             Named(effect.kind, effect.place, numbers, text, gain, alternatives, effect, written, excluded, zero,
                   options=options(effect.kind, gain, [(one.kinds, one.deviance) for one in others[k]]))
         )  # fmt: skip
-    return sorted(told, key=lambda one: -one.gain)
+    return sorted(named, key=lambda one: -one.gain)
 
 
 def _unsure(records: Sequence[Evidence], cause: Cause) -> float:
@@ -186,7 +186,7 @@ def _reported_scatter(spread: Scatter) -> Named:
 
 def name_contact_law(law: ContactLawFit) -> tuple[Named, ...]:
     """Return the reported causes of a law of contact and its additional causes."""
-    told, at = [], 0
+    named, at = [], 0
     visits = sum(len(points) for points in law.held.points)
     before, after = np.sqrt(law.base.level), np.sqrt(law.held.level)
     own = "it reduces" if len(law.causes) == 1 else "all causes together reduce"
@@ -199,9 +199,9 @@ def name_contact_law(law: ContactLawFit) -> tuple[Named, ...]:
         others = law.alternatives if cause is law.causes[0] else ()
         numbers = parameters(cause, law.covariance[part, part])
         places = options(effect.kind, gain, [((one["kind"],), law.worse) for one in others])
-        told.append(Named(effect.kind, effect.place, numbers, text, gain, others, effect, table(effect, numbers),
+        named.append(Named(effect.kind, effect.place, numbers, text, gain, others, effect, table(effect, numbers),
                           options=places))  # fmt: skip
-    return tuple(sorted(told, key=lambda one: -one.gain))
+    return tuple(sorted(named, key=lambda one: -one.gain))
 
 
 def classify(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:
@@ -314,8 +314,8 @@ def _swinging(cause: Cause, covariance: Array) -> str:
     sigma = float(np.sqrt(slopes @ covariance[:2, :2] @ slopes))
     low, value, high = (turn / (2.0 * np.pi) * (1.0 + 1.96 * by * sigma) for by in (-1.0, 0.0, 1.0))
     ratio = float(cause.numbers[0]) / cause.candidate.unit
-    told = f"natural frequency of gear and body in flight {value:.5g} Hz (95 %: {low:.5g} to {high:.5g} Hz)"
-    return f"; {told}, inertia {ratio:.4g} times that of the gear"
+    frequency = f"natural frequency of gear and body in flight {value:.5g} Hz (95 %: {low:.5g} to {high:.5g} Hz)"
+    return f"; {frequency}, inertia {ratio:.4g} times that of the gear"
 
 
 def sized(size: float, unit: str) -> str:
