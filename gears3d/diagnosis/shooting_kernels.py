@@ -1,8 +1,9 @@
-"""Kernels of multiple shooting: a rigid pair, or one with a body on a spring, integrated from node to node.
+"""Kernels of multiple shooting: a rigid pair, without or with a second body on a spring, integrated between nodes.
 
-The sprung body keeps its speed at impacts, which act on the gear alone; its twist against the gear changes. In contact
-it hangs on a gear that moves with its flank. Source of sensitivities at impacts: Leine and Nijmeijer 2004, Dynamics and
-Bifurcations of Non-Smooth Mechanical Systems, ch. 7.
+Input: arrays of windows and nodes, torques, laws and flanks. Trajectories are integrated from event to event (impacts,
+contact losses); sensitivities are propagated by saltation matrices at events, or by transition matrices with contact
+forces. A second body keeps its speed at impacts, which act on the gear alone. Source: Leine and Nijmeijer 2004,
+Dynamics and Bifurcations of Non-Smooth Mechanical Systems, ch. 7.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from gears3d.effects import Row
 
 Array = np.ndarray
-# Types of events of a window: an impact, one whose bounces all end within half a step, and contact loss.
+# Types of events of a window: impact, impact whose bounces end within half a step, contact loss.
 BOUNCES, SETTLES, LEAVES = 1.0, 2.0, 3.0
 
 
@@ -298,7 +299,7 @@ def carried(
     step: Array, flow: Array, path: Array, flanks: tuple[Array, Array], pushed: Array, active: Array, reverse: Array,
     place: Array, pace: Array, made: Array,
 ) -> None:  # fmt: skip
-    """Compute the change of the displacement at the nodes by small changes, with the flow of a run with contact forces.
+    """Compute first-order changes of displacements at the nodes from the transition matrices of a trajectory.
 
     A film and compliant teeth move with their flank: changes are propagated relative to the nearer one.
     """
@@ -322,7 +323,7 @@ def shoot(
     ahead: Array, torques: Array, laws: Array, film: Array, place: Array, pace_0: Array, mode: Array, kicks: Array,
     path: Array, pace: Array, events: Array, counts: Array, flow: Array,
 ) -> None:  # fmt: skip
-    """Integrate all windows: displacement and rate at nodes; events of rigid dry flanks, the flow of others."""
+    """Integrate all windows: displacement and rate at nodes; events of rigid dry flanks, transition matrices else."""
     for w in range(len(begin)):
         if len(film):
             s, v = place[w], pace_0[w]
@@ -367,7 +368,7 @@ def slowing(
     begin: Array, step: Array, angle: Array, speed: Array, about: Array, ahead: Array, torques: Array, path: Array,
     pace: Array, made: Array,
 ) -> None:  # fmt: skip
-    """Compute the acceleration in flight by torques alone at the nodes of paths [m/s²]."""
+    """Compute the acceleration in flight by torques alone at the nodes of trajectories [m/s²]."""
     r1, r2, lever = about[0], about[1], about[2]
     for w in range(len(begin)):
         for i in range(angle.shape[1]):
@@ -382,7 +383,7 @@ def follow(
     step: Array, mode: Array, events: Array, counts: Array, pushed: Array, active: Array, reverse: Array,
     rebound: Array, place: Array, pace: Array, made: Array,
 ) -> None:  # fmt: skip
-    """Compute the first-order change of the displacement at the nodes by small changes, along the events of a run.
+    """Compute first-order changes of displacements at the nodes by saltation matrices at the events of a trajectory.
 
     Between events the change is a free flight under the change of the acceleration, in contact that of the flank; at an
     impact, which itself moves, place and speed relative to the flank change by its saltation matrix. Source: Leine and
@@ -433,7 +434,7 @@ def follow(
 
 
 def film_of(rows: Sequence[Row]) -> Array:
-    """Return oil, compliance and friction of flanks among normal forms as the kernels have them, (9,); else empty."""
+    """Return oil, compliance and friction of flanks from normal forms, (9,); empty without."""
     films, springs = ([row.p for row in rows if row.code == code] for code in (Code.GAP_FILM, Code.GAP_SPRING))
     if not films and not springs:
         return np.zeros(0)
@@ -446,13 +447,13 @@ def film_of(rows: Sequence[Row]) -> Array:
 
 
 def body_of(rows: Sequence[Row]) -> Array:
-    """Return inertia, stiffness, damping and half of the play of a body that the gear carries, (4,); else empty."""
+    """Return inertia, stiffness, damping and half of the play of a second body, (4,); empty without."""
     own = [row.p for row in rows if row.code == Code.TORQUE_CARRIED]
     return np.array([*own[0][:3], 0.5 * own[0][3]]) if own else np.zeros(0)
 
 
 def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:
-    """Return torques as the kernels have them: code, gate, three numbers."""
+    """Return torques as input of the kernels: code, gate, three numbers."""
     made = [[float(Code.TORQUE_CONSTANT), 0.0, drag, 0.0, 0.0]] if drag else []
     for row in rows:
         if 100 < row.code < 200 and row.code not in (Code.TORQUE_FRICTION, Code.TORQUE_CARRIED):
@@ -460,7 +461,7 @@ def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:
     return np.array(made, dtype=float).reshape(-1, 5)
 
 
-# Radians of the fastest oscillation in a step at most: a phase error of 4e-4 rad a period.
+# Largest phase of the fastest oscillation in a step [rad]: a phase error of 4e-4 rad per period.
 PHASE = 0.3
 
 
@@ -478,7 +479,7 @@ def _pull(body: Array, d: float, w: float) -> float:
 
 @tight
 def _finest(body: Array, per: float) -> float:
-    """Return the longest step [s]; the inverse of the inertia that oscillates is given."""
+    """Return the longest step [s]; per: inverse of the oscillating inertia."""
     return PHASE / max(np.sqrt(body[1] * per), body[2] * per, 1e-12)
 
 
@@ -487,9 +488,9 @@ def _swung(
     h: float, s: float, v: float, d: float, w: float, p: float, jerk: float, q: float, slip: float, lever: float,
     per: float, body: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Return place, rate, twist and its rate after a Runge-Kutta step.
+    """Return place, rate, twist and its rate after a Runge-Kutta step of order 4.
 
-    The gear is accelerated by p, which changes at a rate, besides its spring; q is that of the twist, backwards.
+    The gear has the acceleration p, with a constant rate, in addition to its spring; −q is that of the twist.
     """
     pull, m = _pull(body, d, w), 0.5 * h
     a1, b1 = p + lever * pull, -q - per * pull
@@ -515,7 +516,7 @@ def _falls(
     t: float, f: float, rest: float, i: int, angle: Array, speed: Array, rate: Array, about: Array, ahead: float,
     torques: Array, pulled: float, s: float, v: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Return, for the rest of a step in flight, acceleration without the spring and its rate, of path and of twist."""
+    """Return, for the rest of a step in flight, accelerations of path and twist without the spring, and their rates."""
     r1, r2, lever = about[0], about[1], about[2]
     q = _slowed(
         t, ahead + (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2,
@@ -533,7 +534,7 @@ def _rests(
     t: float, last: float, step: float, i: int, angle: Array, speed: Array, rate: Array, own: Array, sign: float,
     mode: int, about: Array, ahead: float, torques: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Return, for a step in contact, what would part the gear from its flank, the flank's turn, and their changes."""
+    """Return, for a step in contact, the separating and the angular acceleration of the flank, and their changes."""
     r1, r2, lever = about[0], about[1], about[2]
     bend, bent = _bent(own, i, step), _bent(own, i + 1, step)
     lean, (place, leans) = _at(own, i, 0.0, step)[1], _at(own, i, 1.0, step)
@@ -552,7 +553,7 @@ def _meets(
     own: Array, sign: float, i: int, f: float, step: float, h: float, s: float, v: float, d: float, w: float,
     now: float, jerk: float, back: float, slip: float, lever: float, free: float, body: Array,
 ) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
-    """Return when the gear meets a flank, the flank's place and rate there, and the state."""
+    """Return the time of an impact in a step, place and rate of the flank there, and the state."""
     before, after, m = 0.0, h, h
     for _ in range(50):  # Newton steps, bisection where they leave the bracket
         here, lean = _at(own, i, f + m / step, step)
@@ -698,10 +699,10 @@ def swayed(
     driven: Array, active: Array, reverse: Array, rebound: Array, place: Array, pace: Array, twist_0: Array,
     made: Array,
 ) -> None:  # fmt: skip
-    """Compute the first-order change of the displacement at the nodes by small changes, along the events of a run.
+    """Compute first-order changes of displacements at the nodes with a second body, along the events of a trajectory.
 
-    Of the change of the acceleration, the part that is the drive's does not turn the loose gear. Spring and damper act
-    where the twist of the run is beyond the play.
+    The change of the drive's acceleration does not turn the loose gear. Spring and damper act where the twist of the
+    trajectory exceeds the play.
     """
     r2, lever = about[1], about[2]
     free = lever / r2 + 1.0 / body[0]
@@ -751,7 +752,7 @@ def swayed(
                     off, before = s - here, v
                     late = off / hits if hits != 0.0 else 0.0  # a grazing impact changes nothing
                     turn = (1.0 + e) * hits / r2
-                    more = lever * law[2] * turn  # by which the damper pulls more after the impact
+                    more = lever * law[2] * turn  # change of the damper's force by the impact
                     v = lean - e * (v - lean) + ((1.0 + e) * a + more) * late - rebound[k, event] * hits
                     s = here - e * off
                     if what == SETTLES:
