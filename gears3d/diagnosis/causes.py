@@ -723,8 +723,8 @@ SMALLEST = 0.01
 LARGEST = 3.0
 # Chi-square over its level by which a competing hypothesis must be worse to be excluded: four standard deviations.
 EXCLUDED = 16.0
-# Part of what all causes explain that a model of them may err by: 0.3 % of the path, to which sizes come true in
-# records without noise. A cause must gain more, and a hypothesis is excluded only if it is worse by more.
+# Model error, as part of the chi-square that all causes explain: the square of 0.3 %, the error of sizes in records
+# without noise. A cause must gain more, and a hypothesis is excluded only if it is worse by more.
 MODEL_ERROR = 1e-5
 # Torques with a fitted shape: another of the kind would only compensate the residual of the first.
 ONCE = tuple(
