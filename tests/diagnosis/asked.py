@@ -16,5 +16,5 @@ def only(patch, wanted: Callable[[Candidate], bool]) -> None:
     def some(*about) -> list[Candidate]:
         return [one for one in candidates(*about) if wanted(one)]
 
-    for module in ("search", "along_path"):
+    for module in ("search", "diagnosis"):
         patch.setattr(f"gears3d.diagnosis.{module}.candidates", some)
