@@ -444,7 +444,7 @@ def examine_unit(view: View) -> list[Finding]:
     """Find time in another unit than seconds, or counted in rows.
 
     The step must fit the declared sample rate and, where the mean speed is declared, the speed that follows, too: a
-    factor that only one of them shows does not suffice. Even times of another rate than declared contradict it.
+    factor that only one of them shows does not suffice. Even times of another rate than declared are reported.
     """
     rate, step, stated = view.declared.sample_rate, view.spacing, view.declared.stated_rate
     if rate and stated and abs(stated / rate - 1.0) > CONTRADICTS:
@@ -469,9 +469,10 @@ def _other_rate(view: View, rate: float) -> list[Finding]:
         return []
     own = 1.0 / step
     told = f"its steps of {step:.6g} s make {own:.6g} Hz, the rig declares a sampling rate of {rate:.6g} Hz"
-    remedy = f"--set 'sensors.sample_rate={own:.6g} Hz' (or the same below [condition]) if the times are right, else "
+    told += "; the times of the file are used"
+    remedy = f"--set 'sensors.sample_rate={own:.6g} Hz' (or the same below [condition]) if these are right, else "
     remedy += "correct unit or sample_rate below [time] of a record.toml"
-    return [Finding("sample-rate", "time_s", own / rate, "1", told, remedy, True)]
+    return [Finding("sample-rate", "time_s", own / rate, "1", told, remedy)]
 
 
 def correct_unit(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:

@@ -222,12 +222,12 @@ def test_a_speed_that_no_unit_explains_is_an_error():
 
 
 @pytest.mark.parametrize(("factor", "told"), [(1.05, False), (1.25, True), (0.8, True), (4.0, True)])
-def test_times_of_another_rate_than_the_rig_states_are_an_error(factor, told):
+def test_times_of_another_rate_than_the_rig_states_are_reported(factor, told):
     record = rattling()
     bad = channels(faults.scaled(record[1], time_s=1.0 / factor))
     found = [one for one in examine(bad, record[0]) if one.kind == "sample-rate"]
     assert [one.size for one in found] == ([pytest.approx(factor)] if told else [])
-    assert all(one.fatal and not one.correctable for one in found)
+    assert not any(one.fatal or one.correctable for one in found)  # a slow roll is recorded at another rate than rattle
     own = record[0].with_({"sensors.sample_rate": f"{50e3 * factor!r} Hz"})
     assert not [one for one in examine(bad, own) if one.kind == "sample-rate"]
 
