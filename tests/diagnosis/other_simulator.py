@@ -146,6 +146,8 @@ def run(times, rig, sines, waves, h, stays, restitutions):
             rebound = restitutions[m % len(restitutions)] * (v - speed)
             presses = (bend + rig[4] + rig[5] * speed) * (1.0 if hit == 0 else -1.0) > 0.0
             side, contact, m = hit, abs(rebound) < stays and presses, m + 1
+            if lasts < 1e-6 * h and abs(rebound) < stays:  # about to be left: neither state would last
+                contact, t = True, t + 1e-3 * h
             v = speed if contact else speed - rebound
     return out
 
