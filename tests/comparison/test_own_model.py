@@ -84,6 +84,7 @@ def test_a_datum_is_no_way_beyond_the_flanks():
     assert "offset" not in found[0].sentence
 
 
+@pytest.mark.slow
 def test_angles_with_another_datum_give_the_same_verdict(scenario, right):
     time, place = right
     drive, known = own_models.drive(scenario, time)[0], scenario.rig()
@@ -105,6 +106,7 @@ def test_two_errors_are_both_named_with_their_sizes(scenario):
     assert "-4 %" in found.sentence
 
 
+@pytest.mark.slow
 def test_a_displacement_of_the_opposite_sign_is_a_sign_error(scenario, right):
     assert verdict(scenario, right[0], -right[1]).causes == ("sign",)
 

@@ -130,6 +130,7 @@ def test_another_mean_speed_is_told_and_the_measured_one_used(tmp_path):
     assert found.causes[0].kind == "drag_coulomb"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("truth", "rig"),
     [
@@ -239,6 +240,7 @@ def test_the_command_ends_without_a_traceback(tmp_path, rows, capsys):
         assert "the longest record has" in (tmp_path / "out/report.html").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("backlash", "kept"), [("250 um", 2), ("150 um", 1)])
 def test_a_record_that_fails_by_itself_is_segmented_along_the_flanks_of_another_where_these_explain_it(
     tmp_path, monkeypatch, backlash, kept

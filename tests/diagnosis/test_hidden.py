@@ -83,6 +83,7 @@ def test_a_mesh_drag_is_found_from_far_off():
     assert abs(found["parameters"][0]["error"]) < 0.02
 
 
+@pytest.mark.slow
 def test_records_are_freed_of_a_delay_that_only_the_search_finds(tmp_path):
     found, score = hidden(tmp_path / "c", ("encoder_skew",), 10, size=0.03, records=2, duration=2.0, noise=0.003)
     assert not any(each["kind"] == "skew" for one in found.findings.values() for each in one)  # the gate sees none

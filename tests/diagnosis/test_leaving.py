@@ -61,6 +61,7 @@ def test_drag_over_the_angle_bends_flights_and_moves_what_they_are_followed_back
     assert np.std(before - predicted) < 0.3 * np.std(before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("order", "amplitude"), [(3, 2e-3), (8, 1e-3)])
 def test_a_wave_of_the_encoder_bends_flights_and_moves_what_they_are_followed_back_to(order, amplitude):
     wave = {"gear": "loose", "amplitude": f"{amplitude} rad", "order": order, "phase": "0.4 rad"}

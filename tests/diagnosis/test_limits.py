@@ -78,6 +78,7 @@ def test_the_null_twin_is_silent():
     assert row["verdict"] == "nothing_to_add", row
 
 
+@pytest.mark.slow
 def test_two_at_once_are_both_named_at_twice_the_limit():
     row = told(TWO, 2.0 * LIMIT, records=THREE)
     assert {one["kind"] for one in row["causes"]} == set(TWO), row

@@ -43,6 +43,7 @@ def test_nothing_is_seen_of_a_flank_that_is_not_reached(tmp_path):
     assert sees(records(tmp_path), plan) == {"backlash_offset": pytest.approx(0.0, abs=1e-6)}
 
 
+@pytest.mark.slow
 def test_what_windows_do_not_show_is_not_judged(tmp_path):
     plan = Case("below", 3, ("drive_motion",), (("noise", 0.003), ("duration", 4.0)), "below").plan()
     hide(plan, tmp_path)

@@ -70,6 +70,7 @@ def test_restitution_does_not_show_where_no_flank_is_struck(rig):
     assert option.grid[0].alone["restitution_offset"]["offset"].high > rig.impact.restitution
 
 
+@pytest.mark.slow
 def test_a_torque_over_speed_is_told_from_a_constant_one_at_two_speeds_alone(rig):
     pair = {"separate": ["drag_viscous", "drag_coulomb"], "amplitudes": [10.0 * RPM], "at": 0.02, "most": 3}
     once = one_run(rig, speeds=[300.0 * RPM], **pair)
@@ -80,6 +81,7 @@ def test_a_torque_over_speed_is_told_from_a_constant_one_at_two_speeds_alone(rig
     assert all(one.value > needed() for one in twice.aims)
 
 
+@pytest.mark.slow
 def test_order_1_of_either_gear_is_the_same_where_both_have_as_many_teeth(rig):
     order = "transmission_error:order=1:flank=both:gear"
     alike = one_run(rig, separate=[f"{order}=drive", f"{order}=loose"])
@@ -88,6 +90,7 @@ def test_order_1_of_either_gear_is_the_same_where_both_have_as_many_teeth(rig):
     assert all(one.reached for one in apart.aims)
 
 
+@pytest.mark.slow
 def test_a_power_law_can_be_a_viscous_one(rig):
     option = one_run(rig, separate=["drag_viscous", "drag_power"], speeds=[300.0 * RPM, 100.0 * RPM], at=0.1)
     viscous = next(one for one in option.aims if one.name.startswith("drag_viscous"))
@@ -101,6 +104,7 @@ def test_nuisances_that_are_free_widen_intervals(rig):
     assert [one.name for one in both.aims] == ["drag_coulomb"]
 
 
+@pytest.mark.slow
 def test_phases_of_encoders_without_marks_are_free_in_every_run_but_the_first(rig):
     known = {}
     for marks in (True, False):

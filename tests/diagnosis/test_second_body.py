@@ -111,6 +111,7 @@ def searched(rig, effects):
     return path_search(windows, [*plain, law])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [{}, {"drag_coulomb": {"torque": 0.04}}])
 def test_a_body_is_found_with_its_inertia_and_frequency(rig, more):
     own = body(rig)

@@ -205,6 +205,7 @@ def test_deviations_of_compliant_teeth_go_by_the_angle_that_the_gear_has(short):
     assert missed[1] < 1.5 * missed[0]
 
 
+@pytest.mark.slow
 def test_compliant_teeth_are_found_beside_another_cause(short):
     soft, drag = catalogue()["tooth_compliance"](**SOFT), catalogue()["drag_viscous"](coefficient=0.01)
     windows, _ = shot(short, [soft, drag])
@@ -379,6 +380,7 @@ def test_fewer_causes_stand_for_several_that_look_like_them(rig):
     assert size["loose"] == pytest.approx(hidden.offset, rel=0.02)
 
 
+@pytest.mark.slow
 def test_restitution_that_scatters_is_found_beside_a_torque(rig):
     hidden = {"restitution_scatter": {"standard_deviation": 0.04}, "drag_viscous": {"coefficient": 0.01}}
     effects = [catalogue()[kind](**values) for kind, values in hidden.items()]

@@ -129,6 +129,7 @@ def test_phases_cost_freedom(record):
     assert parameter_penalty([marked, record], "loose") == pytest.approx(parameter_penalty([record] * 2, "loose"))
 
 
+@pytest.mark.slow
 def test_a_rig_that_goes_by_an_angle_is_not_held_against_records_without_marks(tmp_path, monkeypatch):
     up_to(1, monkeypatch)
     admitted, rig = written(tmp_path, (), 10103, records=1, duration=2.0)

@@ -21,6 +21,7 @@ def angle_of(time, mean, waves, slope=0.0):
     return angle
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say():
     rng = np.random.default_rng(3)
     held, time = [], np.arange(0.0, 6.0, 2e-4)

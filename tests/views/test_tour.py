@@ -61,6 +61,7 @@ def test_without_an_impact_the_tour_is_one_contact():
     assert [one.kind for one in told] == ["contact"]
 
 
+@pytest.mark.slow
 def test_a_gif_repeats_and_stops_at_each_event(seen, tmp_path):
     told = write_tour(tmp_path / "tour.gif", seen)
     stops = sum(one.stops for one in events(seen, told["start_s"], told["lasts_s"]))
