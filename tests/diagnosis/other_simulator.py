@@ -195,8 +195,8 @@ def cause_of(rig, kind, random):
 
 def waves_of(rig, causes):
     """Rows of :func:`flank` of run-out by an eccentric gear, and of transmission errors."""
-    pitch = 0.5 * rig.module * rig.teeth[0] / np.cos(rig.helix)
-    sine, cosine = np.sin(np.arccos(rig.base_radius[0] / pitch)), rig.base_radius[0] / pitch
+    angle = rig.scenario().rig().working_pressure_angle  # more than 20 degrees with profile shift
+    sine, cosine = np.sin(angle), np.cos(angle)
     rows = []
     for one in causes:
         c, s = one.size * np.cos(one.phase), one.size * np.sin(one.phase)
