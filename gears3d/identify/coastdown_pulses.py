@@ -223,7 +223,7 @@ def _follow(
 
 
 def _fast(time: np.ndarray, number: np.ndarray, magnets: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the longest stretch of pulses that is not slow: near standstill a revolution is no smooth motion."""
+    """Return the longest stretch of pulses that is not slow: near standstill the speed varies within a revolution."""
     if len(time) <= 2 * magnets:
         return time, number
     speed = (number[magnets:] - number[:-magnets]) / (time[magnets:] - time[:-magnets])

@@ -33,7 +33,7 @@ LEAST_FALL = 0.25
 LEAST_PEAK = 0.15
 # Mean speeds in which free phases are looked for: 0.2 % of the record each.
 GROUPS = 600
-# Degree of the motion over a tenth of a record of pulses: they are far apart near standstill.
+# Degree of the motion over 10 % of a record of pulses: they are far apart near standstill.
 DEGREE = 6
 # Noise of mean speeds, in the highest one, from which on longer means are taken: rises and falls must be significant.
 CALM = 0.01

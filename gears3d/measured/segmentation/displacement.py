@@ -20,7 +20,7 @@ LONGEST = 1e-3
 # Deviation, in noise, of means of the drive's readings from a smooth curve that replaces them.
 FOLLOWS = 2.0
 # Readings in means over which noise that both encoders share must fall as well when it is removed, and by how much it
-# must fall in single readings: less is not worth the drive's own noise.
+# must fall in single readings: below that, the drive's own noise outweighs the gain.
 SLOWER, SHARED = 32, 0.8
 # Readings processed at a time.
 AT_ONCE = 1 << 18
