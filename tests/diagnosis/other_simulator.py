@@ -16,7 +16,6 @@ KINDS = (
 )  # fmt: skip
 SHARES = (0.1, 0.5)
 """Sizes of causes as shares of what would change their place by 100 %."""
-ACTIVE, REVERSE = 0, 1
 MAP = '[[record]]\nfile = "{}"\n[record.drive]\nzero = "arbitrary"\n[record.loose]\nzero = "arbitrary"\n'
 
 
