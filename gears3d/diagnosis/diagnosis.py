@@ -17,13 +17,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.causes import (
-    ACCEPT_PATH,
     EXCLUDED,
     SMALLEST,
     Candidate,
     Cause,
     Fit,
-    begin,
     candidates,
     contribution,
     excluding,
@@ -39,7 +37,7 @@ from gears3d.diagnosis.contact_law import (
 )
 from gears3d.diagnosis.evidence import Paths, uncut
 from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
-from gears3d.diagnosis.path_search import Against, Path, against, halves, path_search, promised
+from gears3d.diagnosis.path_search import Against, Path, against, halves, path_search
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
 from gears3d.diagnosis.preprocessing import Note, segmented, settled, turn, usable
 from gears3d.diagnosis.residual_patterns import Resonance, Structure, resonance
@@ -51,7 +49,6 @@ from gears3d.diagnosis.residual_tests import (
     engine_check,
     heldout_3d,
     heldout_summary,
-    own_scatter,
     splits,
     whole_channels,
 )
@@ -70,7 +67,15 @@ from gears3d.diagnosis.search import (
     rivals,
 )
 from gears3d.diagnosis.shooting import NOISE, Windows, shootable
-from gears3d.diagnosis.validity import phase_notes, split_accepted, tested_by_path, tested_by_prediction, tooth_notes
+from gears3d.diagnosis.validity import (
+    own_scatter,
+    phase_notes,
+    scatter_patterns,
+    split_accepted,
+    tested_by_path,
+    tested_by_prediction,
+    tooth_notes,
+)
 from gears3d.diagnosis.verdict import (
     PLACES,
     Named,
@@ -252,11 +257,6 @@ class AlongPath(NamedTuple):
             wrong = self._off(found.records, causes, against(self.windows, causes, turned) if causes else None)
         order = iter(range(len(causes)))
         return [one.candidate.kind not in UNSEEN and wrong[next(order)] for one in found.fit.causes]
-
-    def denies_scatter(self, value: float) -> bool:
-        """Return whether the rig without causes explains the trajectory, and scatter gains too little there."""
-        own = Candidate(SCATTER, {}, "standard_deviation", 1.0, False, ())
-        return self.agrees and promised(self.windows, begin(own, np.array([value]))) < ACCEPT_PATH
 
     def _off(self, records: Sequence[Evidence], causes: Sequence[Cause], seen: Against | None) -> dict[int, bool]:
         """Return which causes have another size by the trajectory, or do not reduce its residuals."""
@@ -574,7 +574,7 @@ def _diagnosed(
     if has_compliance(rig):
         whole = along_path([], admitted, paths, highest, searching)
         if whole is not None and (whole.decides or whole.agrees):
-            return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
+            return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
         seen = contact_law_of(admitted, notes, tell, paths)
         if (law := seen.law or (None if seen.agrees else contact_law_with_others(seen))) is not None:
             return _by_contact_law(admitted_all, rig, notes, law, bodies)
@@ -588,7 +588,7 @@ def _diagnosed(
     if refused is not None:
         whole = along_path([], admitted, paths, highest, searching)  # a body that the gear carries rings, too
         if whole is not None and whole.decides and (rings is None or whole.carries):
-            return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
+            return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
         seen = contact_law_of(admitted, notes, tell, paths)
         if (law := seen.law or contact_law_with_others(seen)) is not None:
             return _by_contact_law(admitted_all, rig, notes, law, bodies)
@@ -597,7 +597,7 @@ def _diagnosed(
         raise refused
     whole = along_path(records, admitted, paths, highest, searching)
     if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
-        return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs)
+        return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
     quiet = whole is not None and whole.quiet  # no law of contact makes it nearer
     seen = EpisodeAnalysis(None, None) if quiet else contact_law_of(admitted, notes, tell, paths)
     if seen.law is not None:
@@ -609,7 +609,7 @@ def _diagnosed(
     if left and not beyond and (law := contact_law_with_others(seen)) is not None:
         return _by_contact_law(admitted_all, rig, notes, law, bodies)
     scatter = own_scatter(records, found, left) if rings is None else None
-    if scatter is not None and whole is not None and whole.denies_scatter(scatter.value):
+    if whole is not None and (whole.path.scatter is None or scatter_patterns(whole.path.deviations, highest)):
         scatter = None
     tell("testing competing hypotheses", 0.85)
     others = rivals(found.records, found)
@@ -639,7 +639,7 @@ def _diagnosed(
 
 def _by_path(
     admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], whole: AlongPath,
-    tell: Callable[[str, float], None], bodies: bool, runs: bool,
+    tell: Callable[[str, float], None], bodies: bool, runs: bool, highest: int,
 ) -> Diagnosis:  # fmt: skip
     """Return the diagnosis of records whose path is explained with causes, or without any."""
     found, others = whole.found()
@@ -649,18 +649,19 @@ def _by_path(
         else one
         for one in notes
     ]
-    accepted = split_accepted(found, others, whole.path.scatter, None, rig, notes, whole.path)
+    left = scatter_patterns(whole.path.deviations, highest)
+    accepted = split_accepted(found, others, None if left else whole.path.scatter, None, rig, notes, whole.path)
     found, causes = accepted.found, accepted.causes
     tell("predicting held-out records", 0.9)
     held = whole.held(found)
     solid, proposed = _further(found, accepted.others, tell, bodies, runs)
     limits, known = whole.limits, found.records + (whole.others if whole.records else [])
     stated = (*accepted.notes, *phase_notes(causes), *tooth_notes(found.records))
-    verdict = classify(causes, [], limits) if accepted.decides else "not_decidable"
+    verdict = classify(causes, left, limits) if accepted.decides else "not_decidable"
     tell("done", 1.0)
-    return Diagnosis(verdict, causes, (), held, limits, _extended(rig, causes), tuple(record_contributions(known)),
-                     _findings(admitted), found, accepted.others, stated, accepted.suspects, solid,
-                     runs=proposed)  # fmt: skip
+    return Diagnosis(verdict, causes, tuple(left), held, limits, _extended(rig, causes),
+                     tuple(record_contributions(known)), _findings(admitted), found, accepted.others, stated,
+                     accepted.suspects, solid, runs=proposed)  # fmt: skip
 
 
 def _opened(

@@ -37,9 +37,11 @@ from gears3d.diagnosis.path_fit import (
     ROUNDS,
     SCATTER,
     SOFT,
+    Deviations,
     State,
     by_drive,
     covariance_of,
+    deviations,
     effects_of,
     fall_of,
     fitted,
@@ -112,6 +114,7 @@ class Path(NamedTuple):
         seen: minimum detectable effect of causes of one number in addition to these, in units, by kind.
         scatter: of the restitution, in addition to the causes.
         unsure: fall of chi-square, over its level, that the uncertainty of the drive's motion explains.
+        deviations: restitutions of single impacts, where it scatters.
     """
 
     causes: tuple[Cause, ...]
@@ -126,6 +129,7 @@ class Path(NamedTuple):
     seen: dict[str, float]
     scatter: Scatter | None = None
     unsure: float = 0.0
+    deviations: Deviations | None = None
 
 
 class Against(NamedTuple):
@@ -174,7 +178,7 @@ def path_search(
         found.causes, covariance, np.array(gains), float(np.median(windows.level(base.rest))),
         float(np.median(level)), float(np.mean(level > FAR * max(float(np.median(level)), 1.0))),
         float(np.sqrt(np.median(usual))), len(windows), tuple(others),
-        _detectable(windows, known, found, covariance), unsure=unsure,
+        _detectable(windows, known, found, covariance), unsure=unsure, deviations=deviations(windows, found.causes),
     )  # fmt: skip
     return _scatter_separated(made)
 
@@ -248,14 +252,6 @@ def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[fl
         return None
     finally:
         restore(windows, before)
-
-
-def promised(windows: Windows, scatter: Cause) -> float:
-    """Return the fall of chi-square, over its level, by a scatter of restitution, less its price."""
-    before = state_of(windows, (), windows.read)
-    gain = _promised(windows, state_of(windows, (scatter,), windows.residuals(effects_of([scatter]))))
-    restore(windows, before)
-    return gain
 
 
 def _detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:

@@ -16,7 +16,6 @@ import numpy as np
 from gears3d.diagnosis.causes import ACCEPT, Cause, contribution, fit, slopes_of, table
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence, standardised_contact, standardised_flight
-from gears3d.diagnosis.path_candidates import Scatter, scatter
 from gears3d.diagnosis.prediction import (
     CHANNELS,
     added,
@@ -434,13 +433,6 @@ TESTED_CHANNELS = ("flight", "contact", "drive")
 COARSE_COUNT = 0.05
 # Residual pattern of counts in any record: they repeat with the motion, and so do the errors of earlier impacts.
 REPEATED_PATTERN = "impact.time"
-# Scatter of restitution, in units of the coefficient, that segmentation causes by itself.
-SEGMENTATION_SCATTER = 0.05
-# Minimum scatter of a record relative to that of all, and fraction of the records that must have it: it belongs to the
-# gears; in a few records only, it comes from segmentation.
-SAME_SCATTER, SCATTERING_RECORDS = 0.5, 0.5
-# Largest fraction of the residuals of impacts explained by patterns, for the rest to be called scatter.
-EXPLAINED_SHARE = 0.1
 
 
 def consistent_causes(
@@ -624,17 +616,28 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     usual = float(np.median(np.abs(speed))) if len(speed) else 1.0
     share = usual / np.maximum(np.abs(speed), 1e-9)  # change of restitution at the median speed
     value, sure = np.where(flank == 0, 1.0, -1.0) * value * share, sure / share
+    angles = {gear: [getattr(one, gear) for one in seen] for gear in ("drive", "loose")}
+    locked = {gear: _fluctuation_orders(records, gear) for gear in angles}
+    yield from restitution_patterns(value, sure, angles, locked, highest)
+
+
+def restitution_patterns(
+    value: Array, sure: Array, angles: dict[str, list[Array]], locked: dict[str, list[float]], highest: int
+) -> Iterator[Structure]:
+    """Return patterns of restitution over the angles of both gears, and in the sequence of impacts.
+
+    value: change at the median speed of approach [m/s], (n,), records in sequence; sure: one over its standard
+    deviation, (n,); angles: by gear and record [rad]; locked: orders of the drive's fluctuation by gear and record.
+    """
     teeth, orders = [], []
-    for gear in ("drive", "loose"):
-        turns = [getattr(one, gear) for one in seen]
+    record = np.repeat(np.arange(len(angles["drive"])), [len(one) for one in angles["drive"]])
+    for gear, turns in angles.items():
         over = np.mod(np.concatenate(turns), 2.0 * np.pi)
         teeth += bin_pattern("impact.tooth", value, sure, over, "m/s", 3 * PIECES, 1.0, record)
-        orders += order_pattern(
-            f"impact.order_{gear}", value, sure, turns, highest, "m/s", _fluctuation_orders(records, gear), 1.0
-        )
+        orders += order_pattern(f"impact.order_{gear}", value, sure, turns, highest, "m/s", locked[gear], 1.0)
     most = max((one.gain for one in teeth), default=np.inf)
     yield from [one for one in orders if one.gain > FOREIGN_ORDER * most] or teeth
-    yield from _rebound_autocorrelation(value, sure, [len(one.time) for one in seen])
+    yield from _rebound_autocorrelation(value, sure, [len(one) for one in angles["drive"]])
 
 
 def _approach(one: Evidence) -> Array:
@@ -779,22 +782,3 @@ def _count_note(records: Sequence[Evidence], what: str, record: str) -> Note:
     size = max(map(quantum_of, records))
     text = f"one count of the encoders is {100.0 * size:.2g} % of the backlash: quantisation may cause {what}"
     return Note("coarse-counts", text, "record at other speeds, or with finer encoders", record)
-
-
-def own_scatter(records: Sequence[Evidence], found: Search, left: Sequence[Structure]) -> Scatter | None:
-    """Return the scatter of restitution about the prediction with causes; ``None`` without any, or if it follows a law.
-
-    Rebounds that depend on angles, speed, flank or earlier rebounds do not scatter: an unknown variable causes them.
-    """
-    effects = [cause.effect for cause in found.fit.causes if cause.effect is not None]
-    spread = scatter(records, effects)
-    unit = max(found.records[0].rig.restitution, 0.1)
-    if spread is None or spread.gain < ACCEPT or spread.value < SEGMENTATION_SCATTER * unit:
-        return None
-    own = np.array([each.value for one in records if (each := scatter([one], effects)) is not None])
-    like = (own > SAME_SCATTER * spread.value) & (own < spread.value / SAME_SCATTER)
-    if len(own) and float(np.mean(like)) < SCATTERING_RECORDS:
-        return None
-    rest = found.fit.rest[found.known.spans["impact"]]
-    worth = max((one.worth for one in left if channel_of(one.name) == "impact"), default=0.0)
-    return spread if worth < EXPLAINED_SHARE * float(rest @ rest) else None

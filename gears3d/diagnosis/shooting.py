@@ -16,12 +16,11 @@ import numpy as np
 from gears3d.diagnosis.evidence import likely_root, orthonormal, roots_of
 from gears3d.diagnosis.prediction import GEARS, deviation, reading_error
 from gears3d.diagnosis.shooting_kernels import (
-    BOUNCES,
-    SETTLES,
     body_of,
     carried,
     film_of,
     follow,
+    impacts_of,
     read,
     shoot,
     slowing,
@@ -155,6 +154,7 @@ class Windows:
         self.base, self.effects = rig.rows(), rig.effects
         self.origins = np.array([self.radii[1] * one.origin[1] - self.radii[0] * one.origin[0] for one in tracks])
         self._last: tuple[Any, ...] | None = None
+        self.periods = periods
         self.zeros, self.turned = np.zeros(len(tracks)), np.zeros((len(tracks), 2))
         self.lost = np.array([[gear in own for gear in GEARS] for own in unmarked or [()] * len(tracks)])
         rows, seen = [], []
@@ -692,10 +692,10 @@ class Linearised:
             made.append(self.extended(self._followed(flanks, still, (none, none), twist) / windows.sigma))
         if not self.spread:
             return made
-        struck = (self.run.events[:, :, 2] == BOUNCES) | (self.run.events[:, :, 2] == SETTLES)
-        number = np.cumsum(struck, axis=1) - 1
+        window, place, number = impacts_of(self.run.events)
         for k in range(KICKS):
-            own = np.where(struck & (number == k), self.spread, 0.0)
+            own = np.zeros(self.run.events.shape[:2])
+            own[window[number == k], place[number == k]] = self.spread
             column = self.extended(self._followed(flanks, own, (none, none)) / windows.sigma)
             column[len(windows.time) + k :: KICKS] = 1.0
             made.append(column)

@@ -25,6 +25,16 @@ Array = np.ndarray
 BOUNCES, SETTLES, LEAVES = 1.0, 2.0, 3.0
 
 
+def impacts_of(events: Array) -> tuple[Array, Array, Array]:
+    """Return window, place among the window's events, and number among its impacts of each impact, (n,).
+
+    events: of trajectories, (w, k, 7).
+    """
+    struck = (events[:, :, 2] == BOUNCES) | (events[:, :, 2] == SETTLES)
+    window, place = np.nonzero(struck)
+    return window, place, (np.cumsum(struck, axis=1) - 1)[struck]
+
+
 @tight
 def _slowed(t: float, angle: float, speed: float, mode: int, torques: Array, lever: float) -> float:
     """Return the acceleration of the loose gear by its torques along the line of action [m/s²]."""

@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from gears3d.diagnosis.causes import fit, score, table
+from gears3d.diagnosis.causes import ACCEPT, fit, score, table
+from gears3d.diagnosis.path_candidates import scatter
 from gears3d.diagnosis.prediction import deviation, reading_error
 from gears3d.diagnosis.preprocessing import Note, moved, turn
-from gears3d.diagnosis.residual_patterns import Structure
-from gears3d.diagnosis.residual_tests import are_coarse, single_record_note
+from gears3d.diagnosis.residual_patterns import Structure, bin_pattern, channel_of
+from gears3d.diagnosis.residual_tests import FALSE_ALARM, are_coarse, restitution_patterns, single_record_note
 from gears3d.diagnosis.search import directions
 from gears3d.diagnosis.verdict import Named, name_causes, reported_in_addition
 from gears3d.effects import Code, SensorEffect
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.contact_law import ContactLawFit
     from gears3d.diagnosis.evidence import Evidence, Paths
     from gears3d.diagnosis.path_candidates import Scatter
+    from gears3d.diagnosis.path_fit import Deviations
     from gears3d.diagnosis.path_search import Path
     from gears3d.diagnosis.pitch_error import ShortTooth
     from gears3d.diagnosis.residual_tests import Split
@@ -57,6 +59,13 @@ GEAR_SIZE = 0.1
 # Torques that depend on speed alone, with the number of parameters of each.
 SPEED_LAWS = {"drag_coulomb": 1, "drag_viscous": 1, "drag_power": 2, "drag_differential": 2}
 EVENTS_OF = {"torque": "flights", "impact": "impacts"}
+# Scatter of restitution, in units of the coefficient, that segmentation causes by itself.
+SEGMENTATION_SCATTER = 0.05
+# Minimum scatter of a record relative to that of all, and fraction of the records that must have it: it belongs to the
+# gears; in a few records only, it comes from segmentation.
+SAME_SCATTER, SCATTERING_RECORDS = 0.5, 0.5
+# Largest fraction of the residuals of impacts explained by patterns, for the rest to be called scatter.
+EXPLAINED_SHARE = 0.1
 
 
 class Accepted(NamedTuple):
@@ -709,3 +718,43 @@ def _begin_search(known: Track, rig: Scenario) -> float:
     half = 0.5 * float(known.time[0] + known.time[-1])
     period = rig.period if rig.motion.harmonics else 0.25 * LONGEST
     return max(half - 0.5 * PERIODS * period, float(known.time[0]))
+
+
+def own_scatter(records: Sequence[Evidence], found: Search, left: Sequence[Structure]) -> Scatter | None:
+    """Return the scatter of restitution about the prediction with causes; ``None`` without any, or if it follows a law.
+
+    Rebounds that depend on angles, speed, flank or earlier rebounds do not scatter: an unknown variable causes them.
+    """
+    effects = [cause.effect for cause in found.fit.causes if cause.effect is not None]
+    spread = scatter(records, effects)
+    unit = max(found.records[0].rig.restitution, 0.1)
+    if spread is None or spread.gain < ACCEPT or spread.value < SEGMENTATION_SCATTER * unit:
+        return None
+    own = np.array([each.value for one in records if (each := scatter([one], effects)) is not None])
+    like = (own > SAME_SCATTER * spread.value) & (own < spread.value / SAME_SCATTER)
+    if len(own) and float(np.mean(like)) < SCATTERING_RECORDS:
+        return None
+    rest = found.fit.rest[found.known.spans["impact"]]
+    worth = max((one.worth for one in left if channel_of(one.name) == "impact"), default=0.0)
+    return spread if worth < EXPLAINED_SHARE * float(rest @ rest) else None
+
+
+def scatter_patterns(seen: Deviations | None, highest: int) -> list[Structure]:
+    """Return what the restitutions of single impacts depend on, strongest first; what depends does not scatter.
+
+    highest: order that is tested.
+    """
+    if seen is None or not len(seen.value):
+        return []
+    usual, (own, sure) = float(np.median(seen.speed)), (seen.value, 1.0 / seen.sigma)
+    record = np.repeat(np.arange(len(seen.drive)), [len(one) for one in seen.drive])
+    angles = {"drive": seen.drive, "loose": seen.loose}
+    locked = dict(zip(angles, seen.locked.T.tolist(), strict=True))
+    found = [
+        *bin_pattern("impact.speed", own * usual, sure / usual, seen.speed, "m/s", least=1.0, record=record),
+        *bin_pattern("impact.flank", own * usual, sure / usual, seen.flank.astype(float), "m/s", 2, 1.0, record),
+        *restitution_patterns(own * usual, sure / usual, angles, locked, highest),
+    ]
+    least = EXPLAINED_SHARE * float(np.sum((own * sure) ** 2))
+    clear = [one for one in found if one.chance * len(found) < FALSE_ALARM and one.worth > least]
+    return sorted(clear, key=lambda one: -one.worth)

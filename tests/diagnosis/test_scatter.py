@@ -10,8 +10,9 @@ import pytest
 from gears3d.diagnosis import Search, uncut
 from gears3d.diagnosis.channels import CensoredImpacts
 from gears3d.diagnosis.path_candidates import Rebounds, rebounds, scatter, with_own_noise, working
+from gears3d.diagnosis.path_fit import Deviations
 from gears3d.diagnosis.residual_patterns import autocorrelation
-from gears3d.diagnosis.residual_tests import own_scatter
+from gears3d.diagnosis.validity import own_scatter, scatter_patterns
 from gears3d.verification.challenge import plan
 from tests.diagnosis.test_gap_laws import hidden, judged
 
@@ -124,3 +125,24 @@ def test_scatter_of_restitution_comes_alone(tmp_path, seed):
     assert score["kinds_first"]
     assert not score["wrong_names"], found.to_dict()
     assert abs(score["parameters"][0]["error"]) < 0.1
+
+
+def _deviations(seed, swing, order):
+    """Impacts of two records, whose restitution follows an order of the loose gear, and scatters."""
+    random = np.random.default_rng(seed)
+    drive = [np.sort(random.uniform(0.0, 150.0, 300)), np.sort(random.uniform(0.0, 220.0, 400))]
+    loose = [0.6 * each + 1.0 for each in drive]
+    angle, flank = np.concatenate(loose), random.integers(0, 2, 700)
+    value = swing * np.sin(order * angle + 0.4) + 0.05 * random.standard_normal(700)
+    locked = np.array([[3.3, 5.5], [2.1, 3.5]])
+    return Deviations(value, np.full(700, max(np.std(value), 0.05)), random.uniform(0.01, 0.1, 700), flank, drive,
+                      loose, locked)  # fmt: skip
+
+
+def test_restitution_that_depends_on_an_angle_does_not_scatter():
+    for seed in range(20):
+        assert scatter_patterns(_deviations(seed, 0.0, 2.0), 40) == []
+    told = scatter_patterns(_deviations(0, 0.05, 2.0), 40)
+    assert told[0].name in ("impact.tooth", "impact.order_loose")
+    orders = {one.name: one.where for one in scatter_patterns(_deviations(1, 0.05, 17.0), 40)}
+    assert orders["impact.order_loose"] == pytest.approx(17.0, abs=0.01)
