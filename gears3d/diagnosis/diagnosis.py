@@ -221,6 +221,7 @@ class AlongPath(NamedTuple):
                 found = given(records, self.path.causes, UNSEEN)
             known = self.path.unsure < UNSURE  # channels take the drive's measured motion as exact
             first = _distinguished_by_channels(found, self.path.causes, others) if known else list(self.path.causes)
+            found = found._replace(fit=fit(found.records, found.base, first))
             causes, spread = _numbers(found, self.path, first, in_own_channels(found, UNSEEN))
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])
         now = Fit(tuple(causes), float(rest @ rest), spread, rest)

@@ -128,3 +128,17 @@ def test_nothing_is_named_where_the_path_agrees_and_segmentation_errs(seed):
     made = play(Case("space0", seed, ()))
     assert made["causes"] == []
     assert made["refused"] is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [303, 309])
+def test_an_error_of_the_drives_encoder_is_no_motion_of_the_drive(seed):
+    # trajectories do not separate it from a transmission error, channels do; with the latter the drive seems to move
+    made = play(next(cases("two", seed, 1)))
+    assert sorted(one["kind"] for one in made["causes"]) == sorted(made["hidden"])
+
+
+@pytest.mark.slow
+def test_restitution_over_an_angle_is_not_scatter():
+    made = play(Case("unknown", 300, ("restitution_angle",), (("noise", FINE),)))
+    assert (made["causes"], made["structure"]) == ([], "impact.tooth")
