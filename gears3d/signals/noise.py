@@ -190,6 +190,8 @@ def _rounded_count(angle: np.ndarray) -> float | None:
         return None
     at = int(np.argmax(gaps[1:] / gaps[:-1]))
     unit, count = float(gaps[at]), float(gaps[at + 1])
+    if not _is_decimal(unit):  # readings that miss updates change by none, one or two equal steps of many counts
+        return None
     error = 2.0 * unit
     for _ in range(4):  # more counts in a change divide its error by more
         whole = np.round(seen / count)
@@ -205,6 +207,12 @@ def _rounded_count(angle: np.ndarray) -> float | None:
     if np.ptp(number) < _FEWEST or numbers[:-1].sum() < _UNEVEN * len(whole):
         return None  # even steps of many counts look like counts, too
     return float(np.polyfit(number, angle, 1)[0])
+
+
+def _is_decimal(unit: float) -> bool:
+    """Return whether an angle [rad] is one or two units of a decimal place, in radians, degrees or revolutions."""
+    decades = np.log10(unit * np.outer([1.0, 180.0 / np.pi, 0.5 / np.pi], [1.0, 0.5]))
+    return bool(np.any(np.abs(decades - np.round(decades)) < 0.002))
 
 
 def count_of(angle: np.ndarray) -> float | None:

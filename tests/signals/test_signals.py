@@ -205,3 +205,15 @@ def test_even_steps_of_many_counts_are_no_counts():
     rows = np.arange(12_000)
     steps = np.floor(0.3 + 444.444 * np.where(rows < 6_000, rows, 12_000 - rows))
     assert quantum(steps) is None
+
+
+def test_held_readings_are_not_counts():
+    # an ordinary encoder that turns by 114 counts a row, with readings that repeat the one before
+    random, rows, count = np.random.default_rng(3), np.arange(60_000), 2.0 * np.pi / 49_305
+    angle = 0.0145 * rows + 9e-6 / 0.0145 * np.sin(0.0145 * rows)
+    seen = np.floor(angle / count) * count
+    fresh = random.uniform(size=len(rows)) > 0.1
+    fresh[1:] |= ~fresh[:-1]
+    seen = seen[np.maximum.accumulate(np.where(fresh, rows, 0))]
+    found = quantum(seen - seen[0])
+    assert found is None or found < 1.5 * count
