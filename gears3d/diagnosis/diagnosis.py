@@ -135,6 +135,7 @@ class AlongPath(NamedTuple):
         records: with angles shifted to a common datum.
         others: records that could not be segmented.
         names: of the records of the windows.
+        left: residual of records that were excluded with causes that do not explain them, if they are the majority.
     """
 
     windows: Windows
@@ -142,6 +143,7 @@ class AlongPath(NamedTuple):
     records: list[Evidence]
     others: list[Evidence]
     names: list[str]
+    left: tuple[Structure, ...] = ()
 
     @property
     def accounts(self) -> bool:
@@ -167,6 +169,19 @@ class AlongPath(NamedTuple):
         level, missed = (self.windows.level(one(effects)) for one in (self.windows.residuals, self.windows.missed))
         own = [self.windows.record == self.names.index(one.name) for one in records]
         return all(self._is_explained(level[each], missed[each]) for each in own if np.any(each))
+
+    def residual_of(self, records: Sequence[Evidence]) -> Structure:
+        """Return the residual that the causes leave in records, with the one that shows it most.
+
+        Args:
+            records: of the windows.
+        """
+        effects = effects_of(self.path.causes)
+        level, missed = (self.windows.level(one(effects)) for one in (self.windows.residuals, self.windows.missed))
+        own = [self.windows.record == self.names.index(one.name) for one in records]
+        each = [float(np.median(level[mine])) if np.any(mine) else 0.0 for mine in own]
+        most, size = max(each), float(np.sqrt(np.median(missed[np.any(own, axis=0)])))
+        return Structure("path.all", most, 0.0, size, "m", float("nan"), most, records[int(np.argmax(each))].name)
 
     def _is_explained(self, level: Array, missed: Array) -> bool:
         """Return whether residuals of windows are noise, or below the smallest size of a cause."""
@@ -363,7 +378,9 @@ def along_path(
     others = [replace(one, turned=tuple(by[one.name])) for one in seen.records if one.name not in there]
     found = AlongPath(seen.windows, path, measured, others, list(by))
     if records and others and not (found.accounts and found.holds_of(others)):  # these may be of another rig
-        return along_path(records, [one for one in admitted if one.file in there], paths, highest, progress)
+        fewer = along_path(records, [one for one in admitted if one.file in there], paths, highest, progress)
+        many = fewer is not None and len(others) > len(records)
+        return fewer._replace(left=(found.residual_of(others),)) if fewer is not None and many else fewer
     return found
 
 
@@ -646,12 +663,13 @@ def _by_path(
     found, others = whole.found()
     notes = [
         one._replace(text=one.text.replace("record excluded:", "not segmented, only its path is used:"))
-        if one.kind == "not-measured"
+        if one.kind == "not-measured" and (not one.record or one.record in whole.names)
         else one
         for one in notes
     ]
-    left = scatter_patterns(whole.path.deviations, highest)
-    accepted = split_accepted(found, others, None if left else whole.path.scatter, None, rig, notes, whole.path)
+    patterns = scatter_patterns(whole.path.deviations, highest)
+    left = [*patterns, *whole.left]
+    accepted = split_accepted(found, others, None if patterns else whole.path.scatter, None, rig, notes, whole.path)
     found, causes = accepted.found, accepted.causes
     tell("predicting held-out records", 0.9)
     held = whole.held(found)
