@@ -18,6 +18,19 @@ def case(index, seed, kind=None):
     return rig, [cause_of(rig, kind, random)] if kind else []
 
 
+PLACES = (
+    ("drag_coulomb", "drag_viscous"), ("restitution_offset", "restitution_scatter"), ("backlash_offset",),
+    ("eccentricity",), ("transmission_error",), ("encoder_eccentricity", "encoder_skew"),
+)  # fmt: skip
+
+
+def several(index, seed, count):
+    """A rig of the space with causes from different places."""
+    rig, random = draw(RIGS, seed)[index], np.random.default_rng([seed, index, 888, count])
+    places = sorted(random.choice(len(PLACES), count, replace=False))
+    return rig, [cause_of(rig, str(random.choice(PLACES[k])), random) for k in places]
+
+
 def found(rig, hidden, folder):
     """The diagnosis, and the sets of names that do not contain what is hidden."""
     told = diagnose(write(rig, hidden, folder), rig.scenario())
@@ -45,5 +58,13 @@ def test_a_cause_is_found_with_its_size(index, kind, tmp_path):
 @pytest.mark.parametrize("index", range(24))
 def test_no_cause_is_invented_over_the_operating_space(index, tmp_path):
     rig, hidden = case(index, 5)
+    told, wrong = found(rig, hidden, tmp_path)
+    assert wrong == [], (rig, hidden, told)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", range(9))
+def test_no_cause_is_invented_among_three(index, tmp_path):
+    rig, hidden = several(index, 7, 3)
     told, wrong = found(rig, hidden, tmp_path)
     assert wrong == [], (rig, hidden, told)
