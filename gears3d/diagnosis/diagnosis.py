@@ -109,9 +109,9 @@ UNSEEN = ("drive_motion",)
 # Causes that move a flank within less than the distance of two nodes of a window: its trajectory lacks that.
 STEPS = ("pitch_error",)
 # Largest part of the windows that may diverge from the model: 0 to 6 % did in 17 rigs of the blind benchmark (space, 79
-# to 102 and 309; space3, 303) whose causes were found or which had none, 20 % with a single tooth (kinds, 4), 16 %
-# where one record of six was of another rig.
-PARTED = 0.1
+# to 102 and 309; space3, 303) whose causes were found or which had none, 9 to 20 % with a single tooth, 16 % where one
+# record of six was of another rig.
+PARTED = 0.075
 # Chi-square per point of channels up to which these distinguish hypotheses: above it, segmentation is wrong.
 AGREE = 1.5
 # Largest minimum detectable effect in each place, in units, at which the trajectory excludes one.
