@@ -145,7 +145,7 @@ def _own(along: Linearised, causes: Sequence[Cause], one: Candidate) -> Array:
         numbers = np.zeros(2 if one.phased else 1)
         part = one.tried * (1.0 if one.kind == SQUARED else SCORE_STEP)
         numbers[k] = part * one.unit
-        if one.kind in (SQUARED, RUB):
+        if one.kind in (SQUARED, RUB) or (along.oiled and "impact" in one.channels):  # no events are kept in oil
             missed = windows.missed([*effects_of(causes), one.effect(numbers)])
             changed = (windows.read - along.run.made - missed) / windows.sigma
         else:

@@ -83,7 +83,7 @@ DAMPINGS = (0.05, 0.15)
 # Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most.
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
 # Candidates that are fitted in a forward step, and with an oil film, where a run takes ten times as long.
-FITTED = (7, 2)
+FITTED = (7, 3)
 # Part of what a cause explains by which another must explain less to be excluded: the rest may be model error.
 SAME = 0.01
 # Part of the residual chi-square beyond noise by which another cause must be worse to be excluded.
@@ -670,8 +670,8 @@ def _fits(
     scores, level = scores_of(windows, known, now, place=place)
     able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT_PATH * level]
     causes = first.causes if place is None else _without(first, place).causes
-    most = FITTED[1 if any(one.candidate.kind in LAWS for one in causes) else 0]
-    least = NEAR if place is None else LIKE
+    bent = any(one.candidate.kind in LAWS for one in causes)  # scores are less accurate
+    most, least = FITTED[bent], NEAR if place is None or bent else LIKE
     made, kinds = [], set()
     for gain, one, units, by, _ in able:
         if gain < least * able[0].gain or len(made) >= most:

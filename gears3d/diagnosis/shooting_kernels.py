@@ -215,70 +215,94 @@ def _pushed(
 
 
 @tight
+def _part(first: float, rate: float, last: float, last_rate: float, step: float) -> float:
+    """Return the part of a step after which a gap, cubic by its values and rates at both ends, is 0."""
+    low, high, way, end = 0.0, 1.0, step * rate, step * last_rate
+    bend, twist = 3.0 * (last - first) - 2.0 * way - end, 2.0 * (first - last) + way + end
+    for _ in range(50):
+        x = 0.5 * (low + high)
+        low, high = (x, high) if first + x * (way + x * (bend + x * twist)) > 0.0 else (low, x)
+    return high
+
+
+@tight
 def _oiled(
     begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
     ahead: float, torques: Array, laws: Array, film: Array, s: float, v: float, path: Array, pace: Array, flow: Array,
 ) -> None:  # fmt: skip
     """Integrate one window between lubricated or compliant flanks, by a Runge-Kutta pair of orders 3 and 2.
 
-    Flanks that are not compliant rebound where they touch. The flow from node to node is the derivative of place and
-    rate, row by row. Source: Bogacki and Shampine 1989, Appl. Math. Lett. 2(4).
+    Flanks that are not compliant rebound where they touch: a step ends there. The gear rests on them as long as it is
+    pushed. The flow from node to node is the derivative of place and rate, row by row. Source: Bogacki and Shampine
+    1989, Appl. Math. Lett. 2(4).
     """
-    wide = reverse[0] - active[0]
-    place = 3e-7 * wide  # 1e-5 was taken for a drag of the mesh, or a late encoder; slopes converge from here on
-    fast = place / step
-    lasts = 1.0
+    rig = (begin, step, angle, speed, rate, active, reverse, about, ahead, torques, film)
+    thin, rigid = film[4], film[6] == 0.0
+    place = 3e-7 * (reverse[0] - active[0])  # 1e-5 was taken for a drag of the mesh; slopes converge from here on
+    fast, lasts, lands, rests = place / step, 1.0, False, 0.0  # steps may end at a flank; sign of one with rest
     for i in range(len(angle)):
         path[i], pace[i] = s, v
         if i == len(angle) - 1:
             break
         f, p, q, r, t = 0.0, 1.0, 0.0, 0.0, 1.0
-        one, k0, c0 = _pushed(f, i, s, v, begin, step, angle, speed, rate, active, reverse, about, ahead, torques, film)
+        one, k0, c0 = _pushed(f, i, s, v, *rig)
         for _ in range(400):
             if f > 1.0 - 1e-12:
                 break
+            if rests != 0.0:
+                own = active if rests > 0.0 else reverse
+                last, lean = _at(own, i, 1.0, step)
+                now = rests * (one - _bent(own, i, step))
+                then = rests * (_pushed(1.0, i, last + rests * thin, lean, *rig)[0] - _bent(own, i + 1, step))
+                until = 1.0 if now <= 0.0 and then <= 0.0 else (f if now > 0.0 else f + (1.0 - f) * now / (now - then))
+                if until > f:
+                    s, v = _at(own, i, until, step)
+                    f, s, p, q, r, t = until, s + rests * thin, 0.0, 0.0, 0.0, 0.0
+                    one, k0, c0 = _pushed(f, i, s, v, *rig)
+                rests = rests if until == 1.0 else 0.0
+                continue
             lasts = min(lasts, 1.0 - f)
             h = lasts * step
             s2, v2 = s + 0.5 * h * v, v + 0.5 * h * one
-            two = _pushed(f + 0.5 * lasts, i, s2, v2, begin, step, angle, speed, rate, active, reverse, about, ahead,
-                          torques, film)[0]  # fmt: skip
+            two = _pushed(f + 0.5 * lasts, i, s2, v2, *rig)[0]
             s3, v3 = s + 0.75 * h * v2, v + 0.75 * h * two
-            three = _pushed(f + 0.75 * lasts, i, s3, v3, begin, step, angle, speed, rate, active, reverse, about, ahead,
-                            torques, film)[0]  # fmt: skip
+            three = _pushed(f + 0.75 * lasts, i, s3, v3, *rig)[0]
             s4, v4 = s + h * (2.0 * v + 3.0 * v2 + 4.0 * v3) / 9.0, v + h * (2.0 * one + 3.0 * two + 4.0 * three) / 9.0
-            four, k1, c1 = _pushed(f + lasts, i, s4, v4, begin, step, angle, speed, rate, active, reverse, about, ahead,
-                                   torques, film)  # fmt: skip
+            four, k1, c1 = _pushed(f + lasts, i, s4, v4, *rig)
             off = abs(h * (-5.0 * v / 72.0 + v2 / 12.0 + v3 / 9.0 - v4 / 8.0)) / place
             off = max(off, abs(h * (-5.0 * one / 72.0 + two / 12.0 + three / 9.0 - four / 8.0)) / fast)
             if off > 1.0 and lasts > 1e-4:
-                lasts *= max(0.2, 0.8 * off ** (-1.0 / 3.0))
+                lasts, lands = lasts * max(0.2, 0.8 * off ** (-1.0 / 3.0)), False
                 continue
-            f += lasts
-            s, v, one = s4, v4, four
+            (low, lean), (high, leans) = _at(active, i, f + lasts, step), _at(reverse, i, f + lasts, step)
+            low, high = low + thin, high - thin
+            sign = 1.0 if s4 < low else (-1.0 if s4 > high else 0.0)
+            if rigid and sign != 0.0 and not lands:
+                at, slope = _at(active if sign > 0.0 else reverse, i, f, step)
+                gap, by, to = sign * (s - at) - thin, sign * (v - slope), sign * (v4 - (lean if sign > 0.0 else leans))
+                if max(gap, by) > 0.0:
+                    lasts, lands = lasts * _part(gap, by, min(s4 - low, high - s4), to, h), True
+                    continue
+            f, s, v, one = f + lasts, s4, v4, four
             if len(flow):  # trapezoidal rule, place and rate of both columns
                 size = 1.0 - 0.5 * h * c1 - 0.25 * h * h * k1
                 r1 = (r + 0.5 * h * (k0 * p + c0 * r + k1 * (p + 0.5 * h * r))) / size
                 t1 = (t + 0.5 * h * (k0 * q + c0 * t + k1 * (q + 0.5 * h * t))) / size
                 p, q, r, t = p + 0.5 * h * (r + r1), q + 0.5 * h * (t + t1), r1, t1
             k0, c0 = k1, c1
-            (low, lean), (high, leans) = _at(active, i, f, step), _at(reverse, i, f, step)
-            low, high = low + film[4], high - film[4]
-            if film[6] == 0.0 and (s < low or s > high):
-                sign = 1.0 if s < low else -1.0
-                hits = v - (lean if s < low else leans)
+            if rigid and (lands or s < low or s > high):
+                lands, sign = False, 1.0 if s - low < high - s else -1.0
+                hits = v - (lean if sign > 0.0 else leans)
                 s = min(max(s, low), high)
-                e, hit = 0.0, sign * hits < 0.0
-                closing = -sign * one
+                e, hit, closing = 0.0, sign * hits < 0.0, -sign * one
                 if hit:
                     e = min(max(laws[0] + laws[1] * abs(hits) + 0.5 * sign * laws[2], 0.0), 1.0)
                     if closing > 0.0 and 2.0 * e * abs(hits) < 0.5 * step * closing * (1.0 - min(e, 0.98)):
-                        e, p, q, r, t = 0.0, 0.0, 0.0, 0.0, 0.0  # all its bounces end within half a step
+                        rests, e, p, q, r, t = sign, 0.0, 0.0, 0.0, 0.0, 0.0  # all its bounces end within half a step
                     v -= (1.0 + e) * hits
-                at = (f, i, s, v, begin, step, angle, speed, rate, active, reverse)
-                before = one
-                one, k0, c0 = _pushed(*at, about, ahead, torques, film)
+                one, k0, c0 = _pushed(f, i, s, v, *rig)
                 if hit:
-                    back = (e * before + one) / hits if hits != 0.0 else 0.0
+                    back = (e * four + one) / hits if hits != 0.0 else 0.0
                     p, q, r, t = -e * p, -e * q, back * p - e * r, back * q - e * t
             lasts *= min(5.0, max(0.2, 0.8 * max(off, 1e-6) ** (-1.0 / 3.0)))
         if len(flow):

@@ -139,6 +139,14 @@ def test_an_error_of_the_drives_encoder_is_no_motion_of_the_drive(seed):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [301, 302])
+def test_restitution_is_found_together_with_an_oil_film(seed):
+    made = play(next(cases("space3", seed, 1)))
+    assert sorted(made["kinds_right"]) == sorted(made["hidden"])
+    assert made["wrong_names"] == []
+
+
+@pytest.mark.slow
 def test_restitution_over_an_angle_is_not_scatter():
     made = play(Case("unknown", 300, ("restitution_angle",), (("noise", FINE),)))
     assert (made["causes"], made["structure"]) == ([], "impact.tooth")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.causes import Candidate, begin, candidates
@@ -12,6 +13,7 @@ from gears3d.diagnosis.path_candidates import fewer
 from gears3d.diagnosis.path_fit import effects_of, fitted, polished, referenced, restore, rezeroed, settled, state_of
 from gears3d.diagnosis.path_search import against, path_search
 from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
+from gears3d.diagnosis.shooting_kernels import shoot
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit_all
 from gears3d.measured.segmentation import path_of
@@ -143,6 +145,40 @@ def test_small_changes_are_followed_between_films_of_oil(rig, kind, viscosity):
     apart = run.rest - windows.residuals([oil, effect])
     usual = np.sqrt(np.median(windows.level(apart)))
     assert np.sqrt(np.median(windows.level(run.column(effect) - apart))) < 0.2 * usual
+
+
+def test_impacts_through_a_film_happen_where_an_adaptive_integrator_has_them():
+    wide, thin, drag, lever, radius, e = 1e-4, 1e-6, 0.02, 20.0, 0.05, 0.6
+    wedge, squeeze, draws, step, nodes = 2e-7, 1e-9, 0.5, 2e-4, 256
+    film = np.array([wedge, squeeze, draws / 10.0, 0.0, thin, 0.05 * wide, 0.0, 0.0, 0.0])
+    one, still = np.ones(1), np.zeros((1, nodes))
+    path, pace = still.copy(), still.copy()
+    shoot(0.0 * one, step * one, 10.0 * step * np.arange(nodes)[None], still + 10.0, still, still, still + wide,
+          np.array([radius, radius, lever]), 0.0 * one, np.array([[101.0, 0.0, drag, 0.0, 0.0]]),
+          np.array([e, 0.0, 0.0]), film, 0.5 * wide * one, 0.0 * one, np.zeros(1, int), np.zeros((1, 0)), path, pace,
+          np.zeros((1, 0, 7)), np.zeros(1, int), np.zeros((1, 0, 4)))  # fmt: skip
+
+    def moves(_, y):
+        near, far = np.maximum(thin, [y[0], wide - y[0]])
+        push = wedge * draws * (1.0 / near - 1.0 / far)
+        push += squeeze * (max(-y[1], 0.0) / near**1.5 - max(y[1], 0.0) / far**1.5)
+        return [y[1], radius * lever * push - lever * drag]
+
+    def touches(_, y):
+        return y[0] - thin
+
+    touches.terminal, touches.direction = True, -1
+    begin, y, times, made = 0.0, [0.5 * wide, 0.0], step * np.arange(nodes), []
+    for _ in range(4):
+        exact = {"dense_output": True, "events": touches, "rtol": 1e-10, "atol": 1e-16}
+        run = solve_ivp(moves, (begin, times[-1]), y, "Radau", **exact)
+        within = times[(times >= begin) & (times <= run.t[-1])]
+        made += run.sol(within)[0].tolist()
+        begin, y = run.t[-1], [thin, -e * run.y[1, -1]]
+        if begin >= times[-1]:
+            break
+    assert len(made) > 200
+    assert np.all(np.abs(path[0, : len(made)] - made) < 1e-5 * wide)
 
 
 def test_oil_is_found_with_its_viscosity(rig):
