@@ -388,7 +388,7 @@ def test_three_causes_are_told_from_what_stands_in_for_them(rig):
     }
     windows, _ = shot(rig, [catalogue()[kind](**values) for kind, values in hidden.items()])
     found = path_search(windows, known_of(rig, windows))
-    told = [{one.candidate.kind} | {other.candidate.kind for other, _, excluded in own if not excluded}
+    told = [{one.candidate.kind}.union(*(other.kinds for other in own if not other.excluded))
             for one, own in zip(found.causes, found.others, strict=True)]  # fmt: skip
     assert len(told) == 3
     assert all(any(kind in among for among in told) for kind in hidden)
