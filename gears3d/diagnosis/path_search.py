@@ -82,7 +82,7 @@ SIZES = {
 DAMPINGS = (0.05, 0.15)
 # Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most.
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
-# Candidates that are fitted in a forward step, and with an oil film, where a run takes ten times as long.
+# Candidates that are fitted in a forward step, and with a law of contact, where a run takes several times as long.
 FITTED = (7, 3)
 # Part of what a cause explains by which another must explain less to be excluded: the rest may be model error.
 SAME = 0.01
