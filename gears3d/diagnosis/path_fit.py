@@ -14,7 +14,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.causes import ACCEPT_PATH, EXCLUDED, LARGEST, SLOPE_STEP, SMALLEST, Cause, goes_by, moved, swings
+from gears3d.diagnosis.causes import (
+    ACCEPT_PATH,
+    EXCLUDED,
+    LARGEST,
+    SLOPE_STEP,
+    SMALLEST,
+    Candidate,
+    Cause,
+    begin,
+    goes_by,
+    moved,
+    swings,
+)
 from gears3d.diagnosis.prediction import GEARS
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, order_of, reference
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
@@ -50,8 +62,6 @@ SETTLING = 2
 SCAN = (0.8, 1.25)
 # Multiple of the level at which the mean square of a window is clipped: its motion diverges from the model's.
 FAR = 9.0
-
-
 # Median mean square of residuals, in variances of the noise, up to which the trajectory is explained: noise that is
 # known badly has up to 3.
 ACCOUNTS = 4.0
@@ -60,6 +70,8 @@ ACCOUNTS = 4.0
 SHIFTS, TURNS, LOOKED = tuple(0.1 * k for k in range(-6, 7)), 8, 32
 # Least information on the restitution of an impact, 0 to 1, for tests of what it depends on.
 DETERMINED = 0.5
+# Sizes in units from the best of which the fit of a scatter begins, and rounds of its re-estimation from the kicks.
+SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 # Parts of a window, increasing from its beginning, to whose readings starts and kicks are fitted in turn.
 REACHES = tuple(0.08 * 1.25**k for k in range(12))
 
@@ -586,6 +598,41 @@ def with_spread(windows: Windows, now: State) -> State:
     size = np.clip(np.sqrt(max(square, 0.0)), 0.1 * SMALLEST * last.candidate.unit, last.candidate.unit)
     causes = (*now.causes[:k], last._replace(numbers=np.array([size])), *now.causes[k + 1 :])
     return state_of(windows, causes, windows.residuals(effects_of(causes)))
+
+
+def scattering(windows: Windows, known: Sequence[Candidate], now: State, least: float) -> list[State]:
+    """Return states with scattering restitution, where flanks are dry and its predicted gain is enough."""
+    own = next((one for one in known if one.kind == SCATTER), None)
+    if own is None or any(one.candidate.kind in (*LAWS, SCATTER) for one in now.causes):
+        return []
+    restore(windows, now)
+    best, most = None, least
+    for size in SCATTERED:
+        causes = (*now.causes, begin(own, np.array([size])))
+        tried = state_of(windows, causes, windows.residuals(effects_of(causes)))
+        if (gain := _promised(windows, tried)) > most:
+            best, most = tried, gain
+    if best is None:
+        return []
+    for _ in range(SPREADS):
+        rest = followed(windows, effects_of(best.causes), best.rest)
+        best = with_spread(windows, fitted(windows, state_of(windows, best.causes, rest)))
+    return [best]
+
+
+def _promised(windows: Windows, now: State) -> float:
+    """Return the first-order fall of chi-square, over its level, by kicks, less their price."""
+    along, weight = windows.along(effects_of(now.causes)), windows.weights(now.rest)
+    columns, driven = [one * weight for one in along.starts()], along.driven()
+    left, prices = [], []
+    for own in (columns[:2], columns):
+        away = windows.without_starts(own)
+        explained, price = by_drive(windows, now.rest, driven, away)
+        left.append(away(now.rest * weight - explained))
+        prices.append(float(price.sum()))
+    level = max(float(np.median(windows.level(left[1]))), 1e-12)
+    fall = float(left[0] @ left[0] - left[1] @ left[1]) / (level * windows.runs(left[1]))
+    return fall - (prices[1] - prices[0]) - float(now.price.sum())
 
 
 def covariance_of(windows: Windows, now: State) -> Array:

@@ -39,23 +39,21 @@ from gears3d.diagnosis.path_fit import (
     SOFT,
     Deviations,
     State,
-    by_drive,
     covariance_of,
     deviations,
     effects_of,
     fall_of,
     fitted,
-    followed,
     gain_of,
     polished,
     referenced,
     restore,
     rezeroed,
     scanned,
+    scattering,
     settled,
     size_of,
     state_of,
-    with_spread,
 )
 from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
@@ -69,8 +67,6 @@ STEADY = 4.0
 # The same of small falls, over the root of the fall: 0.5 where all windows gain equally. It was 0.45 of a restitution
 # in a rig of the blind benchmark (space3, 4); no cause is named in nine rigs without one.
 EVEN = 0.4
-# Sizes in units from the best of which the fit of a scatter begins, and rounds of its re-estimation from the kicks.
-SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 # Sizes in units at which nonlinear causes are tried: laws of contact, and an offset that keeps the gear from a flank;
 # score tests at size 0 have no power for these.
 SIZES = {
@@ -392,7 +388,7 @@ def _forward(
                 for one in _at_sizes(few, known, first, start, least):
                     restore(few, one)
                     tries.append(polished(few, scanned(few, polished(few, one)), thorough=True))
-        for one in _with_scatter(few, known, first, enough):
+        for one in scattering(few, known, first, enough):
             restore(few, one)
             tries.append(polished(few, one, thorough=True))
         if tries:
@@ -436,7 +432,7 @@ def _exchanged(
                 plain = _part(few, mine, less[-1])
                 gain = gain_of(few, plain, first)[0]
                 least, tries = _least(few, gain, first.rest), _tries(windows, few, known, first, found, k)
-                for one in _with_scatter(few, known, plain, LIKE * gain):
+                for one in scattering(few, known, plain, LIKE * gain):
                     restore(few, one)
                     tries.append(polished(few, one, thorough=True))
                 for one in tries:
@@ -758,38 +754,3 @@ def _with_body_at(
             break
     restore(windows, now)
     return made
-
-
-def _with_scatter(windows: Windows, known: Sequence[Candidate], now: State, least: float) -> list[State]:
-    """Return states with scattering restitution, where flanks are dry and its predicted gain is enough."""
-    own = next((one for one in known if one.kind == SCATTER), None)
-    if own is None or any(one.candidate.kind in (*LAWS, SCATTER) for one in now.causes):
-        return []
-    restore(windows, now)
-    best, most = None, least
-    for size in SCATTERED:
-        causes = (*now.causes, begin(own, np.array([size])))
-        tried = state_of(windows, causes, windows.residuals(effects_of(causes)))
-        if (gain := _promised(windows, tried)) > most:
-            best, most = tried, gain
-    if best is None:
-        return []
-    for _ in range(SPREADS):
-        rest = followed(windows, effects_of(best.causes), best.rest)
-        best = with_spread(windows, fitted(windows, state_of(windows, best.causes, rest)))
-    return [best]
-
-
-def _promised(windows: Windows, now: State) -> float:
-    """Return the first-order fall of chi-square, over its level, by kicks, less their price."""
-    along, weight = windows.along(effects_of(now.causes)), windows.weights(now.rest)
-    columns, driven = [one * weight for one in along.starts()], along.driven()
-    left, prices = [], []
-    for own in (columns[:2], columns):
-        away = windows.without_starts(own)
-        explained, price = by_drive(windows, now.rest, driven, away)
-        left.append(away(now.rest * weight - explained))
-        prices.append(float(price.sum()))
-    level = max(float(np.median(windows.level(left[1]))), 1e-12)
-    fall = float(left[0] @ left[0] - left[1] @ left[1]) / (level * windows.runs(left[1]))
-    return fall - (prices[1] - prices[0]) - float(now.price.sum())
