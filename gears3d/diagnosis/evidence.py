@@ -40,6 +40,9 @@ RATE_RATIO = 4.0
 # readings, which are means over the sampling interval: white to 15 % there, and to 3 % at the lowest frequencies
 # (simulated).
 SLOWEST_RELAXATION = 2.0
+# Blocks, of a 40th of a fall, over which a gear must fly after a window begins; residual from a parabola up to which it
+# does, in backlashes and in multiples of the least one: an impact at 10 % of the speed after a fall has 5e-4 to 9e-4.
+FLIGHT, PARABOLA = 8, (1e-3, 3.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,6 +318,23 @@ def roots_of(time: Array, sigma: Array, slow: float, longest: float = 0.0) -> Ar
     covariance = variance * sum(np.exp(-rate * lag) for rate in rates)
     covariance = covariance + (sigma**2)[:, :, None] * np.eye(time.shape[1])
     return np.linalg.inv(np.linalg.cholesky(covariance))
+
+
+def begin_of_flight(place: Array) -> int:
+    """Return the first of consecutive blocks of a gear's displacement from which on it follows a parabola for a while.
+
+    A flank that moves may have been taken for a flight, and a window that begins at an impact has no start that fits.
+
+    Args:
+        place: in backlashes, (n,).
+    """
+    if len(place) < 2 * FLIGHT:
+        return 0
+    own = np.lib.stride_tricks.sliding_window_view(place, FLIGHT)
+    along = np.linalg.qr(np.vander(np.arange(FLIGHT) - 0.5 * (FLIGHT - 1), 3))[0]
+    own = own - own[:, :1]
+    left = np.sqrt(np.mean((own - own @ along @ along.T) ** 2, axis=1))
+    return int(np.argmax(left <= max(PARABOLA[0], PARABOLA[1] * float(np.min(left)))))
 
 
 def likely_root(rows: Sequence[Array], roots: Sequence[Array]) -> Array | None:

@@ -164,8 +164,22 @@ def size_of(windows: Windows, cause: Cause) -> float:
     return float(np.sqrt(2.0 / size)) if cause.candidate.kind == SOFT else size
 
 
-def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
-    """Return causes, datums and starts of least chi-square, by damped Gauss-Newton."""
+def agreement_of_diverging(windows: Windows, less: State, more: State) -> float:
+    """Return the significance of a gain over those windows alone that diverge from either state.
+
+    A cause of the reverse flank acts in the windows that reach it. Of windows that still diverge only losses count,
+    and one window without a gain is added to them: a few may diverge by chance.
+    """
+    a, b = windows.level(less.rest), windows.level(more.rest)
+    most = FAR * max(float(np.median(b)), 1.0)
+    far = (a > most) | (b > most)
+    fall = np.append(np.where(b > most, -1.0, 1.0)[far], 0.0)
+    fall[:-1] *= (a > most)[far] != (b > most)[far]
+    return float(fall.mean() / (fall.std() / np.sqrt(len(fall)) + 1e-30))
+
+
+def fitted(windows: Windows, now: State, rounds: int = ROUNDS, *, held: int = 0) -> State:
+    """Return causes, datums and starts of least chi-square, by damped Gauss-Newton; the first causes may be held."""
     causes = tuple(now.causes)
     units = np.concatenate([np.zeros(0), *(cause.units for cause in causes)])
     rest = now.rest
@@ -174,6 +188,7 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
         rest, weight = along.rest, windows.weights(along.rest)
         starts = [one * weight for one in along.starts()]
         columns = np.column_stack([one * weight for one in columns_of(along, causes)])
+        columns[:, : sum(len(cause.numbers) for cause in causes[:held])] = 0.0
         away = windows.without_starts(starts)
         own = np.column_stack([away(column) for column in columns.T])
         step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
@@ -427,6 +442,14 @@ def _relative_to(causes: Sequence[Cause], turned: Array, side: int, first: int) 
     return made, turned
 
 
+def added(now: State, one: State, record: int) -> State:
+    """Return a state with its causes and angular datums, and the last cause of another as a record has it there."""
+    last, shifts = list(one.causes[-1:]), one.turned - now.turned
+    for side in range(len(GEARS)):
+        last, shifts = _relative_to(last, shifts, side, record)
+    return one._replace(causes=(*now.causes, *last), turned=now.turned)
+
+
 def _by_record(windows: Windows, rest: Array) -> Array:
     """Return the median mean square of residuals in the windows of each record, (r,)."""
     level = windows.level(rest)
@@ -593,7 +616,9 @@ def with_spread(windows: Windows, now: State) -> State:
     own = None if k is None else kicked(windows, now.causes)
     if k is None or own is None:
         return now
-    square = np.sum(windows.starts.kicks**2) / max(float(own[1].sum()), 1e-9) - windows.spread(()) ** 2
+    level = windows.level(now.rest)
+    known = level <= FAR * float(np.median(level))  # kicks of a diverging window are of any size
+    square = np.sum(windows.starts.kicks[known] ** 2) / max(float(own[1][known].sum()), 1e-9) - windows.spread(()) ** 2
     last = now.causes[k]
     size = np.clip(np.sqrt(max(square, 0.0)), 0.1 * SMALLEST * last.candidate.unit, last.candidate.unit)
     causes = (*now.causes[:k], last._replace(numbers=np.array([size])), *now.causes[k + 1 :])

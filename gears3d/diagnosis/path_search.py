@@ -39,6 +39,8 @@ from gears3d.diagnosis.path_fit import (
     SOFT,
     Deviations,
     State,
+    added,
+    agreement_of_diverging,
     covariance_of,
     deviations,
     effects_of,
@@ -67,6 +69,9 @@ STEADY = 4.0
 # The same of small falls, over the root of the fall: 0.5 where all windows gain equally. It was 0.45 of a restitution
 # in a rig of the blind benchmark (space3, 4); no cause is named in nine rigs without one.
 EVEN = 0.4
+# Windows that must diverge to show a cause that the others do not: fewer cannot agree significantly;
+# candidates that are fitted to these.
+FEWEST, FITTED_DIVERGING = 5, 2
 # Sizes in units at which nonlinear causes are tried: laws of contact, and an offset that keeps the gear from a flank;
 # score tests at size 0 have no power for these.
 SIZES = {
@@ -385,15 +390,15 @@ def _forward(
             least = max(enough, SAME * max(gain_of(few, first, one)[0] for one in tries))
             root = _part(few, mine, base)
             for start in (first, root) if now.causes else (first,):  # a law may replace several causes
-                for one in _at_sizes(few, known, first, start, least):
-                    restore(few, one)
-                    tries.append(polished(few, scanned(few, polished(few, one)), thorough=True))
+                tries += _at_sizes(few, known, first, start, least)
         for one in scattering(few, known, first, enough):
             restore(few, one)
             tries.append(polished(few, one, thorough=True))
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
         best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
+        if best is None:
+            best = _of_diverging(windows, known, base, now)
         if best is None and float(np.median(windows.level(now.rest))) > NOISE:
             tries = _with_body_at(few, known, (), first, _part(few, mine, base), enough)
             tries = [_whole(windows, now, few, one) for one in tries]
@@ -444,6 +449,10 @@ def _exchanged(
                         own.append(_whole(windows, found, few, one))
             same = found._replace(causes=(*less[-1].causes, cause))
             able = [one for one in own if _is_accepted(windows, base, less[-1], one)]
+            more = [_of_diverging(windows, known, base, one) for one in (able if left else ())]
+            if grown := [one for one in more if one is not None]:  # shows a cause that this hypothesis hides
+                found = _forward(windows, known, base, grown[0], lambda part: None)
+                break
             least = _least(windows, gain_of(windows, less[-1], found)[0], found.rest)
             if left and len(found.causes) > 1:  # an equivalent cause may make others needless
                 able = [one if _excludes(windows, one, found, least) else _backward(windows, base, one) for one in able]
@@ -484,6 +493,7 @@ def _is_significant(windows: Windows, base: State, less: State, more: State) -> 
     Where residuals with it are noise, model errors do not count.
     """
     gain, sure = gain_of(windows, less, more)
+    sure = max(sure, agreement_of_diverging(windows, less, more))
     if gain <= ACCEPT_PATH or sure <= min(STEADY, EVEN * float(np.sqrt(gain))):
         return False
     return float(np.median(windows.level(more.rest))) < NOISE or gain > MODEL_ERROR * gain_of(windows, base, more)[0]
@@ -678,7 +688,10 @@ def _fits(
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
             restore(few, first)
             few.turned = few.turned + by
-            fit = fitted(few, first._replace(causes=(*causes, cause)))
+            fit = first._replace(causes=(*causes, cause))
+            if place is not None:  # the others, of few windows perhaps, are known
+                fit = fitted(few, fit, held=len(causes))
+            fit = fitted(few, fit)
             if fit.causes[-1].possible:
                 kinds.add(one.kind)
                 made.append(fit)
@@ -711,8 +724,36 @@ def _at_sizes(windows: Windows, known: Sequence[Candidate], now: State, start: S
         with suppress(InputError):
             causes, windows.zeros = (*start.causes, best[0]), best[1].copy()
             windows.restart(effects_of(causes))
-            made.append(fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes)))))
+            one = fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes))))
+            made.append(polished(windows, scanned(windows, polished(windows, one)), thorough=True))
     return made
+
+
+def _of_diverging(windows: Windows, known: Sequence[Candidate], base: State, now: State) -> State | None:
+    """Return a state with one more cause, shown by windows that diverge where others are explained; ``None`` if none.
+
+    Among all windows their residuals are clipped, and count little.
+    """
+    level = windows.level(now.rest)
+    usual = float(np.median(level))
+    far = np.flatnonzero(level > FAR * max(usual, 1.0))
+    if len(far) < FEWEST or usual > ACCOUNTS or any(one.candidate.kind in LAWS for one in now.causes):
+        return None
+    known = [one for one in known if one.kind not in LAWS]
+    restore(windows, now)
+    windows.weight = np.ones(len(windows))
+    part, mine = windows.only(far)
+    first = _part(part, mine, now._replace(weight=windows.weight))
+    tries = _at_sizes(part, known, first, first, ACCEPT_PATH)
+    for one in _fits(part, part, known, first, first, None)[:FITTED_DIVERGING]:
+        restore(part, one)
+        tries.append(polished(part, scanned(part, polished(part, one)), thorough=True))
+    if not tries:
+        return None
+    # datums that only some records determine stay
+    best = [one for one in _not_excluded(part, first, tries)[1] if len(one.causes) > len(now.causes)]
+    best = [_whole(windows, now, part, added(now, one, int(part.record[0]))) for one in best]
+    return _simplest(windows, now, [one for one in best if _is_accepted(windows, base, now, one)])
 
 
 def _at_trial_sizes(windows: Windows, law: Candidate) -> list[Cause]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.evidence import likely_root, orthonormal, roots_of
+from gears3d.diagnosis.evidence import begin_of_flight, likely_root, orthonormal, roots_of
 from gears3d.diagnosis.prediction import GEARS, deviation, reading_error
 from gears3d.diagnosis.shooting_kernels import (
     body_of,
@@ -219,28 +219,28 @@ class Windows:
         span = float(np.clip(period, FALLS[0] * self.fall, FALLS[1] * self.fall))
         margin = 0.02 * (last - first)
         look = min(max(period, span), 0.5 * (last - first - 2.0 * margin))
-        count = min(most, int((last - first - 2.0 * margin) / max(look, span)))
-        if count < 1:
-            return []
+        count = max(min(most, int((last - first - 2.0 * margin) / max(look, span))), 0)
         size = max(int(min(self.fall, period) / (40.0 * known.spacing)), 1)
         stretches = []
         for at in np.linspace(first + margin, last - margin - max(look, span), count).tolist():
             time, place = self._place(k, known, at, at + look)
             if (blocks := len(time) // size) > 8:
-                stretches.append((at, *(x[: blocks * size].reshape(blocks, size).mean(axis=1) for x in (time, place))))
+                own = time, place, place + self.radii[0] * known.steady.curve(time)
+                stretches.append((at, *(x[: blocks * size].reshape(blocks, size).mean(axis=1) for x in own)))
         if not stretches:
             return []
         low, high = np.quantile(np.concatenate([one[2] for one in stretches]), [0.005, 0.995])
         crosses = high - low > 0.8 * self.backlash
         self.zeros[k] = 0.5 * (low + high - self.backlash) if crosses else low
         found, free = [], first
-        for _, time, place in stretches:
+        for _, time, place, loose in stretches:
             gap = place - self.zeros[k]
             gap = np.minimum(gap, self.backlash - gap) if crosses else gap
             amid = np.concatenate([[0], gap > 0.25 * np.quantile(gap, 0.95), [0]]).astype(int)
             begins, ends = np.flatnonzero(np.diff(amid) > 0), np.flatnonzero(np.diff(amid) < 0)
             longest = int(np.argmax(ends - begins)) if len(begins) else -1
             early = int(begins[longest] + 0.2 * (ends - begins)[longest]) if len(begins) else 0
+            early += begin_of_flight(loose[early : int(ends[longest])] / self.backlash) if len(begins) else 0
             at = float(time[early])
             if at >= free and at + span < last - 0.5 * margin:
                 found.append((at, span))

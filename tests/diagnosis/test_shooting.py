@@ -95,6 +95,19 @@ def test_a_free_flight_is_a_parabola(rig):
         )
 
 
+def test_windows_begin_in_flights_where_the_flank_moves_far():
+    """Of a flank that moves by half the backlash, the gear at rest on it was taken for a flight."""
+    bench = load(RIG, {"run.duration": "6 s", "run.settle": "0 s", "impact.restitution": 0.68})
+    effect = catalogue()["eccentricity"](offset=5e-5, phase=0.4, gear="drive")
+    windows, _ = shot(bench, [effect])
+    for _ in range(4):
+        windows.restart([effect], anew=True)
+        windows.zeros = windows.zeros + np.median(windows.missed([effect]))
+    level = windows.level(settled(windows, [effect], windows.residuals([effect])))
+    assert len(windows) > 8
+    assert np.max(level) < 20.0
+
+
 SMALL = {
     "drag_position": {"amplitude": 1e-4, "order": 2, "phase": 0.3},
     "drag_viscous": {"coefficient": 1e-5},
@@ -342,7 +355,7 @@ def test_zero_and_angles_of_one_record_are_found_where_others_come_true(short):
     windows.turned[1, 0] = 2.5
     windows.restart([cause.effect], anew=True)
     wrong = state_of(windows, (cause,), windows.residuals([cause.effect]))
-    found = rezeroed(windows, wrong)
+    found = polished(windows, rezeroed(windows, wrong))
     off = [np.median(windows.level(one.rest)[windows.record == 1]) for one in (wrong, found)]
     assert off[1] < 10.0 < 0.01 * off[0]
     assert found.zeros == pytest.approx(right, abs=0.02 * windows.backlash)
@@ -367,6 +380,19 @@ def test_phases_count_from_the_first_record_that_shows_them(short):
     assert found.causes[0].effect.phase == pytest.approx(0.4)
     restore(windows, found)
     assert windows.residuals(effects_of(found.causes)) == pytest.approx(rest, abs=1e-3)
+
+
+def test_a_cause_is_found_that_only_a_few_windows_show(short):
+    """In one record of ten the gear reaches the reverse flank; residuals of the others are noise."""
+    effect, swing = catalogue()["backlash_offset"](**HIDDEN["backlash_offset"]), short.motion.harmonics[0]
+    calm = short.with_({"motion.harmonics": [{"amplitude": "2.2 rpm", "frequency": f"{swing.frequency!r} Hz"}]})
+    known = [shot(calm, [effect])[1]] * 9 + [shot(short, [effect])[1]]
+    windows = Windows(short, known, [short.period] * 10)
+    found = path_search(windows, known_of(short, windows))
+    assert found.before < 1.0
+    assert found.parted == 0.0
+    assert [one.candidate.kind for one in found.causes] == ["backlash_offset"]
+    assert found.causes[0].numbers == pytest.approx([effect.offset], rel=0.01)
 
 
 def test_a_tooth_that_is_far_off_leaves_windows_that_part(short):
