@@ -26,7 +26,6 @@ from gears3d.diagnosis.causes import (
     contribution,
     excluding,
     fit,
-    significant_digits,
 )
 from gears3d.diagnosis.contact_law import (
     ContactLawFit,
@@ -80,6 +79,7 @@ from gears3d.diagnosis.verdict import (
     PLACES,
     Named,
     classify,
+    facts_of,
     minimum_detectable,
     name_contact_law,
     record_contributions,
@@ -91,7 +91,6 @@ from gears3d.measured.checks import Admitted, admit_each
 from gears3d.measured.drive_motion import DriveMotion
 from gears3d.results import Result
 from gears3d.scenario import Scenario, load
-from gears3d.units import show
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Evidence
@@ -165,9 +164,7 @@ class AlongPath(NamedTuple):
         """
         if self.path.scatter is not None:
             return True
-        effects = effects_of(self.path.causes)
-        level, missed = (self.windows.level(one(effects)) for one in (self.windows.residuals, self.windows.missed))
-        own = [self.windows.record == self.names.index(one.name) for one in records]
+        level, missed, own = self._residuals(records)
         return all(self._is_explained(level[each], missed[each]) for each in own if np.any(each))
 
     def residual_of(self, records: Sequence[Evidence]) -> Structure:
@@ -176,12 +173,16 @@ class AlongPath(NamedTuple):
         Args:
             records: of the windows.
         """
-        effects = effects_of(self.path.causes)
-        level, missed = (self.windows.level(one(effects)) for one in (self.windows.residuals, self.windows.missed))
-        own = [self.windows.record == self.names.index(one.name) for one in records]
+        level, missed, own = self._residuals(records)
         each = [float(np.median(level[mine])) if np.any(mine) else 0.0 for mine in own]
         most, size = max(each), float(np.sqrt(np.median(missed[np.any(own, axis=0)])))
         return Structure("path.all", most, 0.0, size, "m", float("nan"), most, records[int(np.argmax(each))].name)
+
+    def _residuals(self, records: Sequence[Evidence]) -> tuple[Array, Array, list[Array]]:
+        """Return mean squares of residuals in windows, the same in m², and which windows are of each record."""
+        windows, effects = self.windows, effects_of(self.path.causes)
+        level, missed = (windows.level(one(effects)) for one in (windows.residuals, windows.missed))
+        return level, missed, [windows.record == self.names.index(one.name) for one in records]
 
     def _is_explained(self, level: Array, missed: Array) -> bool:
         """Return whether residuals of windows are noise, or below the smallest size of a cause."""
@@ -195,6 +196,11 @@ class AlongPath(NamedTuple):
             return self.accounts
         clear = self.agrees and max(self.limits.values()) <= CLEAR
         return clear and bool(self.records) and not in_own_channels(given(self.records, (), FAINT), FAINT)
+
+    @property
+    def zeros(self) -> dict[str, float]:
+        """Displacement on the active flank, without deviations, by record [m]."""
+        return dict(zip(self.names, (self.windows.origins + self.windows.zeros).tolist(), strict=True))
 
     @property
     def carries(self) -> bool:
@@ -482,6 +488,7 @@ class Diagnosis(Result):
         runs: proposed runs that separate causes from competing hypotheses.
         rings: a resonance of the readings, if any.
         motions: of the drive as measured by its encoder, by record.
+        zeros: displacement on the active flank by record [m], if the path determines it.
     """
 
     verdict: str
@@ -501,6 +508,7 @@ class Diagnosis(Result):
     runs: tuple[Experiment, ...] = ()
     rings: Resonance | None = field(default=None, repr=False)
     motions: dict[str, DriveMotion] = field(default_factory=dict, repr=False)
+    zeros: dict[str, float] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         causes = " + ".join(one.kind for one in self.causes) or "no cause"
@@ -680,7 +688,7 @@ def _by_path(
     tell("done", 1.0)
     return Diagnosis(verdict, causes, tuple(left), held, limits, _extended(rig, causes),
                      tuple(record_contributions(known)), _findings(admitted), found, accepted.others, stated,
-                     accepted.suspects, solid, runs=proposed)  # fmt: skip
+                     accepted.suspects, solid, runs=proposed, zeros=whole.zeros)  # fmt: skip
 
 
 def _opened(
@@ -774,26 +782,6 @@ def extended_text(found: Diagnosis) -> str:
     if not found.causes or len(heads) < len(found.causes):
         return text
     for k, cause in reversed(list(zip(heads[-len(found.causes) :], found.causes, strict=True))):
-        lines[k:k] = ["", *(f"# {line}" for line in _facts(cause))]
+        lines[k:k] = ["", *(f"# {line}" for line in facts_of(cause))]
     commented = "\n".join(lines) + "\n"
     return commented if tomllib.loads(commented) == tomllib.loads(text) else text
-
-
-def _facts(cause: Named) -> list[str]:
-    """Return the known facts on a cause, line by line."""
-    lines = [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in _intervals(cause))]
-    if cause.zero:
-        lines.append(
-            f"phase and tooth number count from the first angle of {pathlib.Path(cause.zero).name}, "
-            "not from an index mark"
-        )
-    return lines
-
-
-def _intervals(cause: Named) -> list[str]:
-    """Return the 95 % intervals of a cause's numbers in the form of a scenario."""
-    lines = []
-    for name, one in cause.parameters.items():
-        family, digits = cause.effect.params[name].family, significant_digits(one)
-        lines.append(f"{name} {show(one.low, family, digits)} to {show(one.high, family, digits)}")
-    return lines

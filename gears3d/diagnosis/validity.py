@@ -16,6 +16,7 @@ import numpy as np
 
 from gears3d.diagnosis.causes import ACCEPT, fit, score, table
 from gears3d.diagnosis.path_candidates import scatter
+from gears3d.diagnosis.path_fit import LAWS
 from gears3d.diagnosis.prediction import deviation, reading_error
 from gears3d.diagnosis.preprocessing import Note, moved, turn
 from gears3d.diagnosis.residual_patterns import Structure, bin_pattern, channel_of
@@ -650,6 +651,8 @@ class Diagnosed(Protocol):
     def held(self) -> Sequence[Split]: ...  # noqa: D102
     @property
     def law(self) -> ContactLawFit | None: ...  # noqa: D102
+    @property
+    def zeros(self) -> dict[str, float]: ...  # noqa: D102
 
 
 def excerpt(found: Diagnosed, admitted: Sequence[Admitted]) -> Excerpt:
@@ -705,10 +708,10 @@ def _duration(rig: Scenario, known: Track, begin: Begin) -> float:
 
 
 def _datum_of_law(known: Track, found: Diagnosed, file: str) -> float | None:
-    """Return the displacement on the active flank from complete contact episodes, if these were fitted [m]."""
+    """Return the displacement on the active flank where a law of contact moves the gear from it, if known [m]."""
     at = [k for k, one in enumerate(found.law.records) if one.name == file] if found.law is not None else []
     if found.law is None or not at:
-        return None
+        return found.zeros.get(file) if any(one.kind in LAWS for one in found.causes) else None
     first = known.radii[1] * known.origin[1] - known.radii[0] * known.origin[0]
     return first + float(found.law.held.zeros[at[0]])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pathlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,6 +19,7 @@ from gears3d.diagnosis.causes import (
     fit,
     parameters,
     significance,
+    significant_digits,
     swings,
     table,
 )
@@ -329,3 +331,23 @@ def sized(size: float, unit: str) -> str:
     if unit == "m":
         return show(size, "length", 3) if size >= 1e-7 else f"{1e9 * size:.3g} nm"
     return f"{1e3 * size:.3g} mm/s"
+
+
+def facts_of(cause: Named) -> list[str]:
+    """Return the known facts on a cause, line by line."""
+    lines = [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in _intervals(cause))]
+    if cause.zero:
+        lines.append(
+            f"phase and tooth number count from the first angle of {pathlib.Path(cause.zero).name}, "
+            "not from an index mark"
+        )
+    return lines
+
+
+def _intervals(cause: Named) -> list[str]:
+    """Return the 95 % intervals of a cause's numbers in the form of a scenario."""
+    lines = []
+    for name, one in cause.parameters.items():
+        family, digits = cause.effect.params[name].family, significant_digits(one)
+        lines.append(f"{name} {show(one.low, family, digits)} to {show(one.high, family, digits)}")
+    return lines

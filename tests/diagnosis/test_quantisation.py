@@ -112,5 +112,4 @@ def test_coarse_encoders_on_a_bench_with_nothing_hidden_are_no_effect(seed, nois
     rig = load(tmp_path / "rig.toml")
     found = diagnose([admit(file, rig, chart) for file, chart in files_of([tmp_path / "record.toml"])], rig)
     assert found.causes == ()
-    assert found.verdict in ("nothing_to_add", "not_decidable")
-    assert "coarse-counts" in {note.kind for note in found.notes}
+    assert found.verdict == "nothing_to_add"  # the path is explained to the noise of counts
