@@ -134,7 +134,7 @@ class AlongPath(NamedTuple):
         records: with angles shifted to a common datum.
         others: records that could not be segmented.
         names: of the records of the windows.
-        left: residual of records that were excluded with causes that do not explain them, if they are the majority.
+        left: residual beyond noise that the causes leave, and that of excluded records if they are the majority.
     """
 
     windows: Windows
@@ -387,7 +387,8 @@ def along_path(
         fewer = along_path(records, [one for one in admitted if one.file in there], paths, highest, progress)
         many = fewer is not None and len(others) > len(records)
         return fewer._replace(left=(found.residual_of(others),)) if fewer is not None and many else fewer
-    return found
+    beyond = path.causes and path.scatter is None and path.after > ACCOUNTS  # small, but not noise
+    return found._replace(left=(found.residual_of([*measured, *others]),)) if beyond else found
 
 
 def _distinguished_by_channels(found: Search, causes: Sequence[Cause], rivals_of: list[list[Rival]]) -> list[Cause]:

@@ -71,7 +71,7 @@ STRUCTURES = {
     "contact.loss_phase": "a time of contact loss that depends on speed",
     "flight.all": "deviations in free flight without a pattern over speed, angle or time",
     "drive.all": "deviations of the drive's angle from its stated motion without a pattern over the angle",
-    "path.all": "a displacement that the extended model predicts hardly better than the rig, from measured states on",
+    "path.all": "a displacement that the extended model predicts hardly better than the rig, or not to the noise",
     "contact.all": "deviations of the displacement in contact without a pattern over angle, speed or time",
     "impact.all": "deviations of rebounds that one more cause would explain",
     "loss.all": "deviations at contact loss that one more cause would explain",
