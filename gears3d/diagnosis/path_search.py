@@ -709,20 +709,22 @@ def _at_sizes(windows: Windows, known: Sequence[Candidate], now: State, start: S
         zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
         for cause in _at_trial_sizes(windows, law):
             effects = [*effects_of(start.causes), cause.effect]
-            few.zeros, before = zeros.copy(), now.rest[mine[: len(now.rest)]]
+            few.zeros, few.turned, before = zeros.copy(), start.turned.copy(), now.rest[mine[: len(now.rest)]]
             for _ in range(2):  # oil or compliant teeth shift the datum that rigid dry flanks have
                 few.restart(effects)
                 missed = few.missed(effects)
                 for k in range(len(zeros)):
                     own = few.record[few.window] == k
                     few.zeros[k] += float(np.median(missed[own])) if np.any(own) else 0.0
-            gain = fall_of(few, before, few.residuals(effects))[0]
-            if gain > most:
-                most, best = gain, (cause, few.zeros)
+            one = state_of(few, (*start.causes, cause), few.residuals(effects))
+            if law.kind == OIL and start.causes:  # a wrong backlash or drag stood for a part of it
+                one = fitted(few, one, 2)
+            if (gain := fall_of(few, before, one.rest)[0]) > most:
+                most, best = gain, one
         if best is None:
             continue
         with suppress(InputError):
-            causes, windows.zeros = (*start.causes, best[0]), best[1].copy()
+            causes, windows.zeros = best.causes, best.zeros.copy()
             windows.restart(effects_of(causes))
             one = fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes))))
             made.append(polished(windows, scanned(windows, polished(windows, one)), thorough=True))

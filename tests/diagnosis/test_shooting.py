@@ -205,6 +205,16 @@ def test_oil_is_found_with_its_viscosity(rig):
     assert found.causes[0].numbers[0] == pytest.approx(0.05, rel=0.02)
 
 
+def test_a_thin_film_is_found_that_a_wrong_backlash_stood_for(rig):
+    """A film narrows the gap: without it the backlash came out 4 % off, and no viscosity at that backlash helped."""
+    oil = catalogue()["oil_film"](viscosity=0.004)
+    windows, _ = shot(rig, [catalogue()["backlash_offset"](offset=-6e-5), oil])
+    plain = [one for one in low_of(rig, windows) if one.kind.startswith(("backlash", "drag", "restitution_o"))]
+    found = path_search(windows, [*plain, Candidate("oil_film", {}, "viscosity", oil.unit_size(rig.rig()), False, ())])
+    sizes = {one.candidate.kind: one.numbers[0] for one in found.causes}
+    assert sizes == {"backlash_offset": pytest.approx(-6e-5, rel=0.01), "oil_film": pytest.approx(0.004, rel=0.02)}
+
+
 SOFT = {"stiffness": 2.5e4, "damping": 50.0}
 
 
