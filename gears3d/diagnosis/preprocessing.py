@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.causes import Candidate, Cause, Regressors, contribution, gear_of, goes_by, slopes_of
-from gears3d.diagnosis.evidence import Evidence, Paths, of_cut
+from gears3d.diagnosis.evidence import Evidence, Paths, in_units, of_cut, standardised_contact
 from gears3d.diagnosis.prediction import CHANNELS, GEARS, deviation, residuals
 from gears3d.effects import catalogue
 from gears3d.errors import Fault, InputError
@@ -553,20 +553,45 @@ def single_tooth(known: Regressors, rest: Array, gear: str) -> SingleTooth:
     shapes = [_tooth_response(known.records, gear, flank, sign * size, count)
               for flank, sign, size in product(("both", "active", "reverse"), (1.0, -1.0), TOOTH_SIZES)]  # fmt: skip
     found = [_best_places(sums, shape) for shape in shapes]
-    gain, place, worth = max(found, key=lambda each: each[0])
-    asked = int(np.sum(worth > 0.0))
+    best = max(range(len(found)), key=lambda k: found[k][0])
+    place = found[best][1]
+    columns = [standardised_contact(one, _at_place(one, shapes[best], gear, at))
+               for one, at in zip(known.records, place, strict=True)]  # fmt: skip
+    linear = np.array([max(float(column @ part), 0.0) for column, part in zip(columns, own, strict=True)])
+    square = np.array([max(float(column @ column), 1e-300) for column in columns])
+    worth = linear**2 / square
+    asked, seen = int(np.sum(worth > 0.0)), worth > 0.0
+    gain = float(linear.sum() ** 2 / max(square[seen].sum(), 1e-300))
     return SingleTooth(gain - 2.0 * asked * log(len(shapes) * count), place, worth, teeth)
 
 
-def _binned_contact(one: Evidence, rest: Array, gear: str, count: int) -> tuple[Array, Array]:
-    """Return sums of contact residuals, in standard deviations, and of points over a revolution, by flank, (2, n)."""
+def _angle_of(one: Evidence, gear: str) -> Array:
+    """Return the angle of a gear at the points in contact, within a revolution [rad], (c,)."""
     seen = one.channels.contacts
-    angle = seen.drive if gear == "drive" else seen.loose
-    at = np.floor(np.mod(angle, 2.0 * pi) / (2.0 * pi) * count + 0.5).astype(int) % count + seen.flank * count
-    far = CLIPPED * one.rig.backlash / seen.sigma
-    held = np.clip(rest - np.median(rest), -far, far) if len(rest) else rest
-    off = np.bincount(at, held / np.maximum(seen.sigma, 1e-300), 2 * count)
-    weight = np.bincount(at, 1.0 / np.maximum(seen.sigma, 1e-300) ** 2, 2 * count)
+    return np.mod(seen.drive if gear == "drive" else seen.loose, 2.0 * pi)
+
+
+def _at_place(one: Evidence, shape: Array, gear: str, place: float) -> Array:
+    """Return a response over a revolution, (2, n), at the points in contact, turned to a place [rad], (c,)."""
+    count = shape.shape[1]
+    at = np.mod(_angle_of(one, gear) - place, 2.0 * pi) / (2.0 * pi) * count
+    own = shape[one.channels.contacts.flank]
+    first = np.floor(at).astype(int)
+    rows, part = np.arange(len(at)), at - first
+    return (1.0 - part) * own[rows, first % count] + part * own[rows, (first + 1) % count]
+
+
+def _binned_contact(one: Evidence, rest: Array, gear: str, count: int) -> tuple[Array, Array]:
+    """Return sums of contact residuals and of weights over a revolution, by flank, (2, n).
+
+    Residuals are those of readings: whitened ones of a tooth would be found before and behind its place.
+    """
+    seen = one.channels.contacts
+    at = np.floor(_angle_of(one, gear) / (2.0 * pi) * count + 0.5).astype(int) % count + seen.flank * count
+    far, own = CLIPPED * one.rig.backlash, in_units(one, "contact", rest)
+    held = np.clip(own - np.median(own), -far, far) if len(own) else own
+    weight = 1.0 / np.maximum(seen.sigma, 1e-300) ** 2
+    off, weight = np.bincount(at, held * weight, 2 * count), np.bincount(at, weight, 2 * count)
     return off.reshape(2, count), weight.reshape(2, count)
 
 
@@ -579,8 +604,8 @@ def _tooth_response(records: Sequence[Evidence], gear: str, flank: str, size: fl
     return np.array(sides) / abs(offset)
 
 
-def _best_places(sums: Sequence[tuple[Array, Array]], shape: Array) -> tuple[float, Array, Array]:
-    """Return the gain of the shape at its best place in each record, the places [rad], and the gains by record."""
+def _best_places(sums: Sequence[tuple[Array, Array]], shape: Array) -> tuple[float, Array]:
+    """Return the gain of the shape at its best place in each record, and the places [rad]."""
     turned = np.conj(np.fft.rfft(shape))
     squared = np.conj(np.fft.rfft(shape**2))
     count = shape.shape[1]
@@ -598,8 +623,7 @@ def _best_places(sums: Sequence[tuple[Array, Array]], shape: Array) -> tuple[flo
         ahead = 0.5 * (left - next_) / bow if bow < 0.0 else 0.0
         places[k] = (best + float(np.clip(ahead, -0.5, 0.5))) * 2.0 * pi / count
         linear[k], heavy[k] = (right[best], square[best]) if here > 0.0 else (0.0, 0.0)
-    worth = linear**2 / np.maximum(heavy, 1e-300)
-    return float(linear.sum() ** 2 / max(heavy.sum(), 1e-300)), places, worth
+    return float(linear.sum() ** 2 / max(heavy.sum(), 1e-300)), places
 
 
 def settled(records: Sequence[Evidence], causes: Sequence[Cause]) -> tuple[Array, float]:
