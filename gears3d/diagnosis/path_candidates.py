@@ -41,6 +41,7 @@ from gears3d.diagnosis.path_fit import (
     polished,
     restore,
     state_of,
+    unknown_datums,
 )
 from gears3d.diagnosis.prediction import GEARS, restitution
 from gears3d.diagnosis.preprocessing import Phases, one_size, order_of, reference, worth_of
@@ -99,7 +100,11 @@ def scores_of(
         at = sum(len(one.numbers) for one in causes[:place])
         size = (cause.numbers / cause.units)[: 2 if cause.candidate.phased else 1]
         left = left + others[:, at : at + len(size)] @ size
-        others = np.delete(others, slice(at, at + len(cause.numbers)), axis=1)
+        kept = [side for side, _ in unknown_datums(few, causes)]
+        sides = [side for side, records in unknown_datums(few, now.causes) for _ in records]
+        first = others.shape[1] - len(sides)
+        gone = [first + k for k, side in enumerate(sides) if side not in kept]  # datums that the cause determines
+        others = np.delete(others, [*range(at, at + len(cause.numbers)), *gone], axis=1)
     others = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
     left = left - others @ (others.T @ left)
     level = float(left @ left) / max(len(left) - others.shape[1] - 2 * len(few), 1)

@@ -191,12 +191,14 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS, *, held: int = 0)
         columns[:, : sum(len(cause.numbers) for cause in causes[:held])] = 0.0
         away = windows.without_starts(starts)
         own = np.column_stack([away(column) for column in columns.T])
+        if not np.all(np.isfinite(own)):  # trajectories that diverge within a window
+            break
         step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
         numbers = sum(len(cause.numbers) for cause in causes)
         step[:numbers] = _shortened(causes, step[:numbers], windows.pivot)
         most = FAR * float(np.median(windows.level(rest * weight)))
         before, old = _bounded(windows, rest * weight, most), windows.starts
-        zeros, turned, angles = windows.zeros, windows.turned, _unknown_datums(windows, causes)
+        zeros, turned, angles = windows.zeros, windows.turned, unknown_datums(windows, causes)
         for damping in DAMPED:
             left = rest * weight - columns @ (damping * step)
             try:
@@ -277,7 +279,7 @@ def columns_of(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
     record = windows.record[windows.every[: len(along.rest)]]
     unit = along.extended(windows.backlash / windows.sigma)
     columns += [(record == k) * unit for k in range(len(windows.zeros))]
-    for side, records in _unknown_datums(windows, causes):
+    for side, records in unknown_datums(windows, causes):
         turned = _datum_column(along, causes, side)
         columns += [np.where(record == k, ANGLE_STEP / SLOPE_STEP * turned, 0.0) for k in records]
     return columns
@@ -296,14 +298,14 @@ def referenced(windows: Windows, now: State) -> State:
     along = windows.along(effects_of(now.causes))
     away = windows.without_starts(along.starts())
     record, causes, turned = windows.record[windows.every[: len(along.rest)]], now.causes, now.turned
-    for side, lost in _unknown_datums(windows, causes):
+    for side, lost in unknown_datums(windows, causes):
         if len(lost) < len(windows.lost) and np.all(windows.lost[:, side]):
             worth = np.bincount(record, away(_datum_column(along, causes, side)) ** 2, len(windows.lost))
             causes, turned = _relative_to(causes, turned, side, reference(worth))
     return now._replace(causes=tuple(causes), turned=turned)
 
 
-def _unknown_datums(windows: Windows, causes: Sequence[Cause]) -> list[tuple[int, list[int]]]:
+def unknown_datums(windows: Windows, causes: Sequence[Cause]) -> list[tuple[int, list[int]]]:
     """Return the records whose angular datum of each gear is unknown and determined by causes.
 
     Where no record has an index mark, the phases of causes refer to the datum of one.

@@ -446,19 +446,24 @@ def one_size(one: Candidate, normal: Array, right: Array) -> Phases:
         size, at = float(tried[best]), phase[np.argmax(gain[best], axis=1)]
         step = tried[1] - tried[0]
         tried = np.linspace(max(size - step, 0.0), size + step, TRIED_SIZES + 1)[1:]
-    for _ in range(NEWTON_ROUNDS):
+    best_gain, found = -np.inf, (size, at, np.zeros(len(at)))
+    for left in reversed(range(NEWTON_ROUNDS + 1)):
         u, v = np.array([np.cos(at), -np.sin(at)]).T, np.array([-np.sin(at), -np.cos(at)]).T
         nu, nv = np.einsum("kij,kj->ki", normal, u), np.einsum("kij,kj->ki", normal, v)
-        slope = size * np.sum(v * right, axis=1) - size**2 * np.sum(v * nu, axis=1)
         bow = size * np.sum(u * right, axis=1) + size**2 * (np.sum(v * nv, axis=1) - np.sum(u * nu, axis=1))
+        reached = float(np.sum(2.0 * size * np.sum(u * right, axis=1) - size**2 * np.sum(u * nu, axis=1)))
+        if reached > best_gain:
+            best_gain, found = reached, (size, at, bow)
+        if not left:
+            break
+        slope = size * np.sum(v * right, axis=1) - size**2 * np.sum(v * nu, axis=1)
         at = at + np.where(bow > 0.0, np.clip(slope / np.where(bow > 0.0, bow, 1.0), -0.05, 0.05), 0.0)
         cross = np.sum(v * right, axis=1) - 2.0 * size * np.sum(v * nu, axis=1)
         stiff = np.sum(u * nu) - np.sum(np.where(bow > 0.0, cross**2 / np.where(bow > 0.0, bow, 1.0), 0.0))
         off = float(np.sum(u * right) - size * np.sum(u * nu))
         size = size + off / stiff if stiff > 0.0 else size
-    u = np.array([np.cos(at), -np.sin(at)]).T
-    gain = float(np.sum(2.0 * size * np.sum(u * right, axis=1) - size**2 * np.einsum("ki,kij,kj->k", u, normal, u)))
-    return Phases(one, gain, at, np.maximum(bow, 0.0), size)
+    size, at, bow = found
+    return Phases(one, best_gain, at, np.maximum(bow, 0.0), size)
 
 
 def datum_shifts(known: Regressors, rest: Array, gear: str, orders: Sequence[int] = ()) -> tuple[Array, Phases] | None:

@@ -388,7 +388,7 @@ class Windows:
                   kicks, path, pace, events, counts, flow)  # fmt: skip
         made = np.zeros(len(self.window))
         read(path, pace, self.step, self.window, self.node, self.beyond, made)
-        made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, speed, path)
+        made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, path)
         about = made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts, flanks, flow
         return _Run(*about, twist, body)
 
@@ -410,27 +410,26 @@ class Windows:
         slope = np.gradient(wrong, axis=1) / self.step[:, None]
         return wrong, slope, np.gradient(slope, axis=1) / self.step[:, None]
 
-    def shown(
-        self, sensors: Sequence[Any], wrong: tuple[Array, ...] | None, loose: Array, speed: Array, path: Array
-    ) -> Array | float:
+    def shown(self, sensors: Sequence[Any], wrong: tuple[Array, ...] | None, loose: Array, path: Array) -> Array:
         """Return reading errors of the displacement [m], (n,).
 
-        wrong: of :meth:`misread`; loose: angles at rest on the flank [rad]; speed: of the drive; path: (w, nodes).
+        wrong: of :meth:`misread`; loose: angles at rest on the flank [rad]; path: (w, nodes).
         """
-        made: Array | float = 0.0
-        if own := [one for one in sensors if one.gear == "loose"]:
-            turn = self.between(loose + path / self.radii[1])
-            w, i = self.window, self.node
-            rate = self.radii[0] * self.between(speed) + (path[w, i + 1] - path[w, i]) / self.step[w]
-            made = self.radii[1] * reading_error(own, "loose", turn, rate / self.radii[1])
-        if wrong is not None:
-            made = made - self.radii[0] * self.between(wrong[0])
-        return made
-
-    def between(self, nodes: Array) -> Array:
-        """Return values at the readings, interpolated linearly between the nodes, (n,)."""
         made = np.zeros(len(self.window))
-        read(nodes, nodes[:, :0], self.step, self.window, self.node, self.beyond, made)
+        if own := [one for one in sensors if one.gear == "loose"]:
+            turns = loose + path / self.radii[1]
+            turn, waves = self.between(turns), [one for one in own if not hasattr(one, "delay")]
+            made = self.radii[1] * reading_error(waves, "loose", turn, turn)
+            for late in (one.delay for one in own if hasattr(one, "delay")):  # speeds jump at impacts
+                made += self.radii[1] * (self.between(turns, late) - turn)
+        return made if wrong is None else made - self.radii[0] * self.between(wrong[0])
+
+    def between(self, nodes: Array, late: float = 0.0) -> Array:
+        """Return values at the readings less a delay [s], interpolated linearly between the nodes, (n,)."""
+        at = self.node + self.beyond - late / self.step[self.window]
+        node = np.clip(np.floor(at).astype(self.node.dtype), 0, nodes.shape[1] - 2) if late else self.node
+        made = np.zeros(len(self.window))
+        read(nodes, nodes[:, :0], self.step, self.window, node, at - node if late else self.beyond, made)
         return made
 
     def flanks(
@@ -744,7 +743,7 @@ class Linearised:
                 if wrong is not None:
                     pushed = pushed + sign * windows.radii[0] * wrong[2]
                     driven = driven + sign * windows.radii[0] * wrong[2]
-                shown = shown + sign * windows.shown([one], wrong, loose, windows.drive[1], run.path)
+                shown = shown + sign * windows.shown([one], wrong, loose, run.path)
         none = np.zeros(len(windows))
         made = self._followed((pushed, active, reverse), rebound, (none, none), driven=driven) + shown
         return made / windows.sigma

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.causes import Candidate, begin, candidates
 from gears3d.diagnosis.diagnosis import PARTED
-from gears3d.diagnosis.path_candidates import fewer
+from gears3d.diagnosis.path_candidates import fewer, scores_of
 from gears3d.diagnosis.path_fit import effects_of, fitted, polished, referenced, restore, rezeroed, settled, state_of
 from gears3d.diagnosis.path_search import against, path_search
 from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
@@ -338,8 +338,8 @@ def test_an_error_of_an_encoder_that_moves_the_zero_is_found(short):
 
 
 def test_a_late_encoder_is_late_by_the_speed_of_the_rattling_gear(rig):
-    """By the drive's speed alone, half a backlash of delay was found 3 % too small, beside a drag that is not there."""
-    windows, late = shot(rig)[0], 2e-5
+    """By the speed at a reading in place of that before it, readings after impacts are off by the change of speed."""
+    windows, late = shot(rig)[0], 2e-3
     windows.restart((), anew=True)
     made = windows.missed(()) - windows.missed([catalogue()["encoder_skew"](delay=late, gear="loose")])
     path, nodes = windows.along(()).run.path, np.arange(windows.drive[0].shape[1])
@@ -350,7 +350,7 @@ def test_a_late_encoder_is_late_by_the_speed_of_the_rattling_gear(rig):
             over.append(np.interp(share - late / windows.step[w], nodes, column) - np.interp(share, nodes, column))
     off, own = made - np.concatenate(whole), np.concatenate(rattle)
     inside = (windows.time - late) > windows.begin[windows.window]
-    assert np.sqrt(np.mean(off[inside] ** 2)) < 0.1 * np.sqrt(np.mean(own[inside] ** 2))
+    assert np.sqrt(np.mean(off[inside] ** 2)) < 0.01 * np.sqrt(np.mean(own[inside] ** 2))
 
 
 def test_zero_and_angles_of_one_record_are_found_where_others_come_true(short):
@@ -390,6 +390,20 @@ def test_phases_count_from_the_first_record_that_shows_them(short):
     assert found.causes[0].effect.phase == pytest.approx(0.4)
     restore(windows, found)
     assert windows.residuals(effects_of(found.causes)) == pytest.approx(rest, abs=1e-3)
+
+
+def test_a_cause_gains_in_its_own_place_as_much_without_index_marks(short):
+    """The datum that it determines was held there, with half of what it explains in that record."""
+    effect = catalogue()["encoder_eccentricity"](amplitude=1e-3, order=3, phase=0.4, gear="drive")
+    known = shot(short, [effect])[1]
+    asked = Candidate("encoder_eccentricity", {"gear": "drive", "order": 3}, "amplitude", 1e-2, True, ())
+    cause, gains = begin(asked, 0.1 * np.array([np.cos(0.4), -np.sin(0.4)])), []
+    for lost in ((), ("drive", "loose")):
+        windows = Windows(short, [known, known], [short.period] * 2, [lost] * 2)
+        windows.restart([cause.effect], anew=True)
+        rest = windows.residuals([cause.effect])
+        gains.append(scores_of(windows, [asked], state_of(windows, (cause,), rest), place=0)[0][0].gain)
+    assert gains[1] == pytest.approx(gains[0], rel=0.02)
 
 
 def test_a_cause_is_found_that_only_a_few_windows_show(short):

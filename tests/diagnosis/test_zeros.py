@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, preprocess
-from gears3d.diagnosis.causes import candidates, gear_of, regressors_of
-from gears3d.diagnosis.preprocessing import moved, single_tooth, turn
+from gears3d.diagnosis.causes import Candidate, candidates, gear_of, regressors_of
+from gears3d.diagnosis.preprocessing import moved, one_size, single_tooth, turn
 from gears3d.diagnosis.search import TOOTH_GAIN
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
@@ -170,6 +170,23 @@ def test_zeros_that_are_off_are_not_made_up_for_by_a_third_cause(tmp_path):
     sizes = [one for one in score["parameters"] if one["error"] is not None and one["name"] != "phase"]
     assert all(abs(one["error"]) < 0.01 for one in sizes)
     assert all(one["covered"] for one in score["parameters"] if one["name"] == "phase")
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_one_size_with_a_phase_for_each_record_explains_what_has_one(seed):
+    """Records may show almost one direction only: rounds of Newton's method alone left the largest gain there."""
+    drawn = np.random.default_rng(seed)
+    size, normal, right = 10.0 ** drawn.uniform(-2.0, 0.0), [], []
+    for phase, angle in zip(*drawn.uniform(-np.pi, np.pi, (2, 3)), strict=True):
+        along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+        weak = 10.0 ** drawn.uniform(-9.0, 0.0)
+        own = 10.0 ** drawn.uniform(4.0, 7.0) * (np.outer(along, along) + weak * np.outer(across, across))
+        normal.append(own)
+        right.append(own @ (size * np.array([np.cos(phase), -np.sin(phase)])))
+    asked = Candidate("transmission_error", {"gear": "drive", "order": 3, "flank": "both"}, "amplitude", 1.0, True, ())
+    found = one_size(asked, np.array(normal), np.array(right))
+    every = sum(float(b @ np.linalg.solve(a, b)) for a, b in zip(normal, right, strict=True))
+    assert found.gain == pytest.approx(every, rel=2e-3)
 
 
 @pytest.mark.slow
