@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
 
 Array = np.ndarray
+# Rounds in which the error of an encoder at a gear's angle is found from its reading; each has n·A of the rest before.
+READING_ROUNDS = 2
 # Points of the two-point Gauss rule, in widths from the middle: every point of a channel is a mean over a width.
 GAUSS = 0.5 / sqrt(3.0)
 # Names of the channels, in the order of all stacked arrays.
@@ -114,19 +116,25 @@ def parts_of(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]
 
 
 def reading_error(
-    sensors: Iterable[Any], gear: str, angle: Array, speed: Array, known: dict[Any, Any] | None = None
-) -> Array:
+    sensors: Iterable[Any], gear: str, angle: Array, speed: Array, known: dict[Any, Any] | None = None, *,
+    true: bool = False,
+) -> Array:  # fmt: skip
     """Return the contribution of sensor effects to the reading of one gear [rad].
 
-    angle: [rad]; speed: [rad/s].
+    angle: as read, or, if ``true``, that of the gear [rad]; speed: [rad/s].
     """
-    total = np.zeros_like(angle)
-    for one in sensors:
-        if one.gear == gear:
-            late, which = getattr(one, "delay", None), ("drive", "loose").index(gear)
-            swing = one.amplitude * wave(which, one.order, one.phase, angle, known) if late is None else -late * speed
-            total = total + swing
-    return total
+    which, own = ("drive", "loose").index(gear), [one for one in sensors if one.gear == gear]
+    waves = [one for one in own if not hasattr(one, "delay")]
+    both = [[wave(which, one.order, one.phase - by, angle, known) for by in (0.0, 0.5 * pi)] for one in waves]
+    late = sum((one.delay for one in own if hasattr(one, "delay")), 0.0)
+    total = sum((one.amplitude * cosine for one, (cosine, _) in zip(waves, both, strict=True)), np.zeros_like(angle))
+    for _ in range(READING_ROUNDS if waves and not true else 0):  # the gear is behind its reading by the error
+        by = [one.order * total for one in waves]
+        total = sum(
+            (one.amplitude * (cosine * np.cos(off) + sine * np.sin(off))
+             for one, (cosine, sine), off in zip(waves, both, by, strict=True)), np.zeros_like(angle),
+        )  # fmt: skip
+    return total - late * speed if late else total
 
 
 def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) -> Array:

@@ -386,7 +386,7 @@ def _flights(one: Evidence, bench: Bench, sensors: Sequence[Any]) -> Array:
         for theta, omega, time in zip(angle[:, 0] - wrong, speed[:, 0], seen.time, strict=True)
     ])  # fmt: skip
     fast = speed[:, :: max((speed.shape[1] - 1) // (path.shape[1] - 1), 1)]
-    rest = seen.loose - path - reading_error(sensors, "loose", path, fast)
+    rest = seen.loose - path - reading_error(sensors, "loose", path, fast, true=True)
     return standardised_flight(one, rest)
 
 
@@ -396,8 +396,8 @@ def _contacts(one: Evidence, bench: Bench, sensors: Sequence[Any]) -> Array:
     for rows in contact_stretches(seen.time, seen.flank):
         loose = bench.rest(int(seen.flank[rows[0]]), seen.time[rows])
         drive, speed = np.array([bench.drive(time) for time in seen.time[rows]]).T
-        loose = loose + reading_error(sensors, "loose", loose, speed * of_drive / of_loose)
-        drive = drive + reading_error(sensors, "drive", drive, speed)
+        loose = loose + reading_error(sensors, "loose", loose, speed * of_drive / of_loose, true=True)
+        drive = drive + reading_error(sensors, "drive", drive, speed, true=True)
         rest[rows] = seen.place[rows] - (of_loose * loose - of_drive * drive)
     return standardised_contact(one, rest)
 

@@ -419,7 +419,7 @@ class Windows:
         if own := [one for one in sensors if one.gear == "loose"]:
             turns = loose + path / self.radii[1]
             turn, waves = self.between(turns), [one for one in own if not hasattr(one, "delay")]
-            made = self.radii[1] * reading_error(waves, "loose", turn, turn)
+            made = self.radii[1] * reading_error(waves, "loose", turn, turn, true=True)
             for late in (one.delay for one in own if hasattr(one, "delay")):  # speeds jump at impacts
                 made += self.radii[1] * (self.between(turns, late) - turn)
         return made if wrong is None else made - self.radii[0] * self.between(wrong[0])

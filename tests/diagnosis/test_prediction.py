@@ -107,3 +107,15 @@ def test_nuisances_are_taken_out_whatever_their_size():
     with_them = rest + 1e6 * free[0] - 1e4 * free[1]
     assert project_out(with_them, free) == pytest.approx(project_out(rest, free), abs=1e-7)
     assert np.abs(project_out(rest, free) @ free[1][0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("gear", ["drive", "loose"])
+def test_errors_of_encoders_are_at_the_angle_of_the_gear_behind_the_reading(gear):
+    """At the angle that is read, they were off by n·A²/2: 7 sigma in the drive, and a motion of it was invented."""
+    kind, true = catalogue()["encoder_eccentricity"], np.linspace(0.0, 20.0, 1000)
+    errors = [kind(amplitude=2.3e-3, order=4, phase=0.5, gear=gear), kind(amplitude=1e-3, phase=2.0, gear=gear)]
+    wrong = sum(one.observe({gear: true}, true)[gear] - true for one in errors)
+    at_gear = reading_error(errors, gear, true, np.ones_like(true), true=True)
+    assert at_gear == pytest.approx(wrong, abs=1e-12)
+    assert reading_error(errors, gear, true + wrong, np.ones_like(true)) == pytest.approx(wrong, abs=1e-8)
+    assert np.max(np.abs(reading_error(errors, gear, true + wrong, np.ones_like(true), true=True) - wrong)) > 1e-5
