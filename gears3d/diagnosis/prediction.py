@@ -445,7 +445,8 @@ def _rate_weights(one: Evidence) -> Array:
     bent, rate = bend(x, change)
     basis = np.stack([np.ones_like(x), x, bent], axis=-1) * (after >= seen.begun[:, None])[..., None]
     wanted = np.stack([np.zeros_like(rate[:, 0]), np.ones_like(rate[:, 0]), rate[:, 0]], axis=-1) / half
-    numbers = np.linalg.solve(np.einsum("lga,lgb->lab", basis, basis), wanted[..., None])
+    normal = np.einsum("lga,lgb->lab", basis, basis)  # singular with fewer than three readings
+    numbers = np.linalg.pinv(normal, rcond=1e-12, hermitian=True) @ wanted[..., None]
     return (basis @ numbers)[..., 0]
 
 

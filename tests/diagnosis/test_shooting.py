@@ -10,7 +10,17 @@ from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.causes import Candidate, begin, candidates
 from gears3d.diagnosis.diagnosis import PARTED
 from gears3d.diagnosis.path_candidates import fewer, scores_of
-from gears3d.diagnosis.path_fit import effects_of, fitted, polished, referenced, restore, rezeroed, settled, state_of
+from gears3d.diagnosis.path_fit import (
+    by_drive,
+    effects_of,
+    fitted,
+    polished,
+    referenced,
+    restore,
+    rezeroed,
+    settled,
+    state_of,
+)
 from gears3d.diagnosis.path_search import against, path_search
 from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
 from gears3d.diagnosis.shooting_kernels import shoot
@@ -390,6 +400,18 @@ def test_phases_count_from_the_first_record_that_shows_them(short):
     assert found.causes[0].effect.phase == pytest.approx(0.4)
     restore(windows, found)
     assert windows.residuals(effects_of(found.causes)) == pytest.approx(rest, abs=1e-3)
+
+
+def test_harmonics_of_the_drive_with_huge_sensitivities_explain_what_they_can(short):
+    """In windows that diverge, sensitivities reach 1e9 standard deviations: normal equations were singular."""
+    windows, _ = shot(short)
+    drawn, count = np.random.default_rng(7), len(windows.window)
+    first = 1e9 * drawn.standard_normal(count)
+    columns = [(0, first), (0, first * (1.0 + 1e-9)), (0, drawn.standard_normal(count))]
+    rest = 1e-9 * first + drawn.standard_normal(count)
+    explained, price = by_drive(windows, rest, columns, lambda one: one)
+    assert np.all(np.isfinite(price))
+    assert np.std(rest - explained) == pytest.approx(1.0, rel=0.1)
 
 
 def test_a_cause_gains_in_its_own_place_as_much_without_index_marks(short):

@@ -172,6 +172,17 @@ def test_zeros_that_are_off_are_not_made_up_for_by_a_third_cause(tmp_path):
     assert all(one["covered"] for one in score["parameters"] if one["name"] == "phase")
 
 
+def test_a_loss_before_two_readings_of_its_flight_ends_no_diagnosis(record):
+    seen = record.channels.losses
+    assert len(seen.time) > 0
+    short = seen._replace(begun=np.where(np.arange(len(seen.time)) == 0, seen.after[:, -2], seen.begun))
+    one = replace(record, channels=record.channels._replace(losses=short))
+    effect = catalogue()["drag_viscous"](coefficient=1e-3)
+    made, usual = added(one, [effect], "loss"), added(record, [effect], "loss")
+    assert np.all(np.isfinite(made))
+    assert made[1:] == pytest.approx(usual[1:], rel=1e-9)
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_one_size_with_a_phase_for_each_record_explains_what_has_one(seed):
     """Records may show almost one direction only: rounds of Newton's method alone left the largest gain there."""
