@@ -506,7 +506,7 @@ def by_drive(
         own = np.column_stack([np.zeros((len(left), 0)), *(away(one * weight) for j, one in columns if j == k)])
         if not own.size:
             continue
-        held = np.sqrt(level) * np.eye(own.shape[1])  # by QR: in windows that diverge, sensitivities exceed 1e9
+        held = np.sqrt(level) * np.eye(own.shape[1])  # by SVD: in windows that diverge, sensitivities exceed 1e9
         sizes = np.linalg.lstsq(np.vstack([own, held]), np.append(left, np.zeros(len(held))), rcond=None)[0]
         explained += own @ sizes
         price[windows.record == k] += float(sizes @ sizes) / max(int(np.sum(windows.record == k)), 1)

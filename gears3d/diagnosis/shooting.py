@@ -426,10 +426,12 @@ class Windows:
 
     def between(self, nodes: Array, late: float = 0.0) -> Array:
         """Return values at the readings less a delay [s], interpolated linearly between the nodes, (n,)."""
-        at = self.node + self.beyond - late / self.step[self.window]
-        node = np.clip(np.floor(at).astype(self.node.dtype), 0, nodes.shape[1] - 2) if late else self.node
-        made = np.zeros(len(self.window))
-        read(nodes, nodes[:, :0], self.step, self.window, node, at - node if late else self.beyond, made)
+        node, share, made = self.node, self.beyond, np.zeros(len(self.window))
+        if late:
+            at = node + share - late / self.step[self.window]
+            node = np.clip(np.floor(at).astype(node.dtype), 0, nodes.shape[1] - 2)
+            share = at - node
+        read(nodes, nodes[:, :0], self.step, self.window, node, share, made)
         return made
 
     def flanks(

@@ -302,7 +302,7 @@ def _oiled(
                     v -= (1.0 + e) * hits
                 one, k0, c0 = _pushed(f, i, s, v, *rig)
                 if hit:
-                    back = (e * four + one) / hits if abs(hits) > fast else 0.0
+                    back = (e * four + one) / hits if abs(hits) > fast else 0.0  # one that grazes: none
                     p, q, r, t = -e * p, -e * q, back * p - e * r, back * q - e * t
             lasts *= min(5.0, max(0.2, 0.8 * max(off, 1e-6) ** (-1.0 / 3.0)))
         if len(flow):

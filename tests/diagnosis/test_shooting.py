@@ -415,7 +415,7 @@ def test_harmonics_of_the_drive_with_huge_sensitivities_explain_what_they_can(sh
 
 
 def test_a_cause_gains_in_its_own_place_as_much_without_index_marks(short):
-    """The datum that it determines was held there, with half of what it explains in that record."""
+    """The datum that it determines was held there, with a part of what it explains in that record."""
     effect = catalogue()["encoder_eccentricity"](amplitude=1e-3, order=3, phase=0.4, gear="drive")
     known = shot(short, [effect])[1]
     asked = Candidate("encoder_eccentricity", {"gear": "drive", "order": 3}, "amplitude", 1e-2, True, ())
