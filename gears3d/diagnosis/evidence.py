@@ -305,10 +305,17 @@ def coloured(white: Array, by: Filter) -> Array:
     return found
 
 
-def roots_of(time: Array, sigma: Array, slow: float, longest: float = 0.0) -> Array:
+def roots_of(
+    time: Array, sigma: Array, slow: float, longest: float = 0.0, smooth: tuple[float, float] = (0.0, 1.0)
+) -> Array:
     """Return the whitening matrices of the points of each flight, (f, b, b).
 
-    time: (f, b) [s]; sigma: (f, b); longest: [s].
+    Args:
+        time: (f, b) [s].
+        sigma: standard deviation of white noise, (f, b).
+        slow: root of 1/f noise per unit of ln f.
+        longest: of the relaxations [s].
+        smooth: standard deviation and correlation time [s] of a smooth error.
     """
     lasts = time[:, -1] - time[:, 0]
     rates, variance = _relaxations(
@@ -316,6 +323,7 @@ def roots_of(time: Array, sigma: Array, slow: float, longest: float = 0.0) -> Ar
     )
     lag = np.abs(time[:, :, None] - time[:, None, :])
     covariance = variance * sum(np.exp(-rate * lag) for rate in rates)
+    covariance = covariance + smooth[0] ** 2 * np.exp(-0.5 * (lag / smooth[1]) ** 2)
     covariance = covariance + (sigma**2)[:, :, None] * np.eye(time.shape[1])
     return np.linalg.inv(np.linalg.cholesky(covariance))
 
@@ -337,20 +345,20 @@ def begin_of_flight(place: Array) -> int:
     return int(np.argmax(left <= max(PARABOLA[0], PARABOLA[1] * float(np.min(left)))))
 
 
-def likely_root(rows: Sequence[Array], roots: Sequence[Array]) -> Array | None:
-    """Return the whitening matrix under which residuals are most likely, with white noise of any size.
+def likely_root(rows: Sequence[Array], roots: Sequence[Array | None]) -> Array | None:
+    """Return the whitening matrix, ``None`` for white noise, under which residuals, of any size, are most likely.
 
-    ``None`` where that of white noise is. The residuals, (n,) each, have no more points than the matrices.
+    The residuals, (n,) each, have no more points than the matrices.
 
     >>> every, point = np.arange(40.0)[None], np.ones((1, 40))
     >>> roots, rng = [roots_of(every, point, slow)[0] for slow in (0.5, 1.0, 2.0)], np.random.default_rng(1)
     >>> white = rng.standard_normal((200, 40))
     >>> found = likely_root([np.linalg.solve(roots[1], row) for row in white], roots)
-    >>> found is roots[1], likely_root(white, roots)
+    >>> found is roots[1], likely_root(white, [None, *roots])
     (True, None)
     """
     count, best, least = sum(map(len, rows)), None, np.inf
-    for root in (None, *roots):
+    for root in roots:
         left = rows if root is None else [root[: len(row), : len(row)] @ row for row in rows]
         square = sum(float(row @ row) for row in left)
         scale = 0.0 if root is None else sum(float(np.sum(np.log(np.diag(root)[: len(row)]))) for row in rows)

@@ -38,6 +38,7 @@ from gears3d.diagnosis.path_fit import (
     fitted,
     followed,
     gain_of,
+    nuisances,
     polished,
     restore,
     state_of,
@@ -91,10 +92,9 @@ def scores_of(
     """
     few, mine = windows.some(SCORED)
     rest, along = now.rest[mine[: len(now.rest)]], few.along(effects_of(now.causes))
-    weight = few.weights(rest)
-    away = few.without_starts([one * weight for one in along.starts()])
-    others = np.column_stack([away(one * weight) for one in columns_of(along, now.causes)])
-    left, causes = away(rest * weight), list(now.causes)
+    weight, away = few.weights(rest), nuisances(along)
+    others = away(np.array([one * weight for one in columns_of(along, now.causes)])).T
+    left, causes = away.residuals(rest * weight), list(now.causes)
     if place is not None:
         cause = causes.pop(place)
         at = sum(len(one.numbers) for one in causes[:place])
@@ -110,11 +110,10 @@ def scores_of(
     level = float(left @ left) / max(len(left) - others.shape[1] - 2 * len(few), 1)
     scale, found, asked = len(windows) / len(few), [], []
     datums = _Datums(windows, causes)
-    record = few.record[few.every[: len(rest)]]
     able = [one for one in known if one.kind not in (*LAWS, SCATTER) and datums.testable(one)]
     for one, columns in _effects(along, now.causes, able, lambda rows: away(rows * weight)):
         columns = columns - (columns @ others) @ others.T
-        normal, right = _by_record(columns, left, record, len(windows.zeros))
+        normal, right = _by_record(columns, left, away.record, len(windows.zeros))
         if np.all(np.isfinite(normal)) and np.trace(normal.sum(axis=0)) > 0.0:
             bound = np.einsum("ki,kij,kj->", right, np.linalg.pinv(normal, rcond=1e-9, hermitian=True), right)
             asked.append((scale * float(bound), one, normal, right))
@@ -175,9 +174,8 @@ def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tupl
     """
     few, _ = windows.some(SCORED)
     along = few.along(effects_of(now.causes))
-    weight = few.weights(along.rest)
-    away = few.without_starts([one * weight for one in along.starts()])
-    found = np.column_stack([away(one * weight) for one in columns_of(along, now.causes)])
+    weight, away = few.weights(along.rest), nuisances(along)
+    found = away(np.array([one * weight for one in columns_of(along, now.causes)])).T
     ends = np.cumsum([0, *(len(one.numbers) for one in now.causes)])
     zeros = np.linalg.qr(found[:, ends[-1] :][:, np.any(found[:, ends[-1] :] != 0.0, axis=0)])[0]
     done = []

@@ -7,7 +7,7 @@ residuals, its covariance, and the gain of one state over another with its signi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from math import gcd
 from typing import Any, NamedTuple
@@ -27,9 +27,10 @@ from gears3d.diagnosis.causes import (
     moved,
     swings,
 )
+from gears3d.diagnosis.evidence import orthonormal
 from gears3d.diagnosis.prediction import GEARS
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, order_of, reference
-from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
+from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows
 from gears3d.diagnosis.shooting_kernels import impacts_of
 from gears3d.effects import Code
 from gears3d.errors import InputError
@@ -54,6 +55,8 @@ BENT, LEAST = 0.02, 0.1
 ROUNDS = 8
 # Largest steps in a round: of numbers and of starts in units, and of angular datums in radians.
 FARTHEST = (0.5, 0.2, 0.05)
+# Smallest part of the square of a start's column that must be independent of the other columns.
+DEPENDENT = 1e-9
 # Parts of a step that are tried (line search).
 DAMPED = (1.0, 0.3, 0.1)
 # Rounds in which starts are refitted after a step of the numbers before it is judged.
@@ -98,10 +101,9 @@ class Deviations(NamedTuple):
 
 
 class State(NamedTuple):
-    """Causes, their residuals, and the starts, datums and weights of windows.
+    """Causes, their residuals, and the starts, datums, weights and motion of the drive of windows.
 
-    The price of kicks is twice the logarithm by which they lower the evidence, in each window. What is beyond are the
-    residuals at the drive's motion that minimises them within its uncertainty.
+    The price of a window is twice the logarithm by which kicks, or corrections of the drive, lower its evidence.
     """
 
     causes: tuple[Cause, ...]
@@ -111,21 +113,108 @@ class State(NamedTuple):
     turned: Array
     weight: Array
     price: Array
-    beyond: Array | None = None
+    motion: Array
+
+
+class WithoutStarts:
+    """Projector that removes the starts, as nuisance parameters, from columns, in each window.
+
+    Args:
+        windows: of the columns.
+        columns: of :meth:`Linearised.starts`.
+
+    Attributes:
+        sizes: norms of the columns without those before them, (w, p).
+    """
+
+    def __init__(self, windows: Windows, columns: Sequence[Array]) -> None:
+        self._windows, self._given = windows, windows.dense(columns)
+        own = np.stack(orthonormal(tuple(self._given.transpose(1, 0, 2)), DEPENDENT), axis=1)
+        self.sizes, self._own = np.einsum("wpn,wpn->wp", own, self._given), own
+
+    def variances(self) -> Array:
+        """Return the marginal variance of each number of a start, 0 without effect, (w, p)."""
+        normal = self._given @ self._given.transpose(0, 2, 1)
+        return np.diagonal(np.linalg.pinv(normal, rcond=1e-12, hermitian=True), axis1=1, axis2=2)
+
+    def __call__(self, columns: Array) -> Array:
+        """Return columns with starts projected out, (n,) or (k, n)."""
+        if not columns.size:
+            return columns
+        dense = self._windows.dense(np.atleast_2d(columns))
+        along = (dense @ self._own.transpose(0, 2, 1)) @ self._own
+        return columns - self._windows.gathered(along, columns)
+
+
+class WithoutNuisances:
+    """Projector that removes starts, and the uncertain harmonics of the drive of each record, from weighted columns.
+
+    Each harmonic has its uncertainty as a prior; the rows of the priors follow those of the readings.
+
+    Args:
+        windows: of the columns.
+        rest: residuals, whose level and runs are the unit of the priors.
+        starts: sensitivities to starts, of :meth:`Linearised.starts`.
+        driven: those to harmonics of the drive, of :meth:`Linearised.driven`.
+
+    Attributes:
+        held: root of the weight of the priors.
+        record: of each row, (n + p,).
+    """
+
+    def __init__(self, windows: Windows, rest: Array, starts: Sequence[Array], driven: Array) -> None:
+        self._windows, weight, count = windows, windows.weights(rest), len(windows.zeros)
+        self._starts = WithoutStarts(windows, [one * weight for one in starts])
+        self.held = float(np.sqrt(max(np.median(windows.level(rest)) * windows.runs(rest), 1e-12)))
+        own, record = self._starts(driven * weight), windows.record[windows.every[: len(rest)]]
+        self.record = np.concatenate([record, np.repeat(np.arange(count), len(driven))])
+        self._blocks = []
+        for k in range(count if len(driven) else 0):
+            rows = np.flatnonzero(self.record == k)
+            block = np.vstack([own[:, record == k].T, self.held * np.eye(len(driven))])
+            self._blocks.append((rows, *np.linalg.qr(block)))
+
+    def __call__(self, columns: Array) -> Array:
+        """Return weighted columns, (n,) or (k, n), with nuisances projected out and the rows of the priors."""
+        return self._left(self._starts(columns), np.zeros_like(self._windows.motion))
+
+    def residuals(self, rest: Array) -> Array:
+        """Return weighted residuals, and those of the priors, with nuisances projected out, (n + p,)."""
+        return self._left(self._starts(rest), self._windows.motion)
+
+    def _left(self, columns: Array, motion: Array) -> Array:
+        prior = np.broadcast_to(-self.held * motion.ravel(), (*columns.shape[:-1], motion.size))
+        made = np.concatenate([columns, prior], axis=-1)
+        for rows, own, _ in self._blocks:
+            made[..., rows] -= (made[..., rows] @ own) @ own.T
+        return made
+
+    def sizes(self, rest: Array) -> Array:
+        """Return the changes of the harmonics that reduce weighted residuals, in standard deviations, (r, m)."""
+        motion = self._windows.motion
+        made, wide = np.zeros_like(motion), np.concatenate([self._starts(rest), -self.held * motion.ravel()])
+        for k, (rows, own, upper) in enumerate(self._blocks):
+            made[k] = np.linalg.solve(upper, own.T @ wide[rows])
+        return made
+
+
+def nuisances(along: Linearised) -> WithoutNuisances:
+    """Return the projector of the starts and harmonics of linearised trajectories."""
+    return WithoutNuisances(along.windows, along.rest, along.starts(), along.driven())
 
 
 def state_of(windows: Windows, causes: Sequence[Cause], rest: Array) -> State:
     """Return the present state of windows, with causes and their residuals."""
     return State(
         tuple(causes), rest, windows.starts, windows.zeros.copy(), windows.turned.copy(), windows.weight.copy(),
-        _price(windows, causes),
+        _price(windows, causes) + _price_of_motion(windows), windows.motion,
     )  # fmt: skip
 
 
 def restore(windows: Windows, state: State) -> None:
-    """Set the starts, datums and weights of windows to those of a state."""
+    """Set the starts, datums, weights and motion of windows to those of a state."""
     windows.starts, windows.zeros, windows.turned = state.starts, state.zeros.copy(), state.turned.copy()
-    windows.weight = state.weight.copy()
+    windows.weight, windows.motion = state.weight.copy(), state.motion
 
 
 def effects_of(causes: Sequence[Cause]) -> list[object]:
@@ -138,8 +227,7 @@ def gain_of(windows: Windows, less: State, more: State) -> tuple[float, float]:
 
     Consecutive residuals of the same sign count as one.
     """
-    a, b = (one.rest if one.beyond is None else one.beyond for one in (less, more))
-    return fall_of(windows, a, b, more.price - less.price)
+    return fall_of(windows, less.rest, more.rest, more.price - less.price)
 
 
 def fall_of(windows: Windows, less: Array, more: Array, price: Array | float = 0.0) -> tuple[float, float]:
@@ -186,21 +274,23 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS, *, held: int = 0)
     for _ in range(rounds):
         along = windows.along(effects_of(causes))
         rest, weight = along.rest, windows.weights(along.rest)
-        starts = [one * weight for one in along.starts()]
-        columns = np.column_stack([one * weight for one in columns_of(along, causes)])
-        columns[:, : sum(len(cause.numbers) for cause in causes[:held])] = 0.0
-        away = windows.without_starts(starts)
-        own = np.column_stack([away(column) for column in columns.T])
+        starts, driven = along.starts(), along.driven()
+        columns = np.array([one * weight for one in columns_of(along, causes)])
+        columns[: sum(len(cause.numbers) for cause in causes[:held])] = 0.0
+        away = WithoutNuisances(windows, rest, starts, driven)
+        own = away(columns)
         if not np.all(np.isfinite(own)):  # trajectories that diverge within a window
             break
-        step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
+        step = np.linalg.lstsq(own.T, away.residuals(rest * weight), rcond=1e-9)[0]
         numbers = sum(len(cause.numbers) for cause in causes)
         step[:numbers] = _shortened(causes, step[:numbers], windows.pivot)
+        motion, swing = windows.motion, away.sizes(rest * weight - step @ columns)
+        swung = weight * along.corrected(swing, driven)
         most = FAR * float(np.median(windows.level(rest * weight)))
-        before, old = _bounded(windows, rest * weight, most), windows.starts
+        before, old = _bounded(windows, rest * weight, most, away.held), windows.starts
         zeros, turned, angles = windows.zeros, windows.turned, unknown_datums(windows, causes)
         for damping in DAMPED:
-            left = rest * weight - columns @ (damping * step)
+            left = rest * weight - damping * (step @ columns + swung)
             try:
                 trial = moved(causes, damping * step[:numbers] * units, windows.pivot)
                 if any(one.candidate.kind in LAWS and one.numbers[0] <= 0.0 for one in trial):
@@ -208,23 +298,23 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS, *, held: int = 0)
                 effects = effects_of(trial)
                 at = numbers + len(zeros)
                 windows.zeros = zeros + damping * step[numbers:at] * windows.backlash
-                windows.turned = turned.copy()
+                windows.turned, windows.motion = turned.copy(), motion + damping * swing
                 for side, records in angles:
                     by = damping * step[at : at + len(records)] * ANGLE_STEP / SLOPE_STEP
                     windows.turned[records, side] += np.clip(by, -FARTHEST[2], FARTHEST[2])
                     at += len(records)
-                tried = windows.moved(starts, left, along.spread, FARTHEST[1])
+                tried = windows.moved([one * weight for one in starts], left, along.spread, FARTHEST[1])
                 new, kept = windows.residuals(effects, tried), windows.residuals(effects)
             except InputError:  # outside the bounds of a parameter
-                windows.zeros, windows.turned = zeros, turned
+                windows.zeros, windows.turned, windows.motion = zeros, turned, motion
                 continue
             better = windows.level(new) < windows.level(kept)
             windows.starts = tried.where(better, old)
             new = settled(windows, effects, np.where(better[windows.every[: len(new)]], new, kept))
-            if (after := _bounded(windows, new * weight, most)) < before:
+            if (after := _bounded(windows, new * weight, most, away.held)) < before:
                 causes, rest = trial, new
                 break
-            windows.starts, windows.zeros, windows.turned = old, zeros, turned
+            windows.starts, windows.zeros, windows.turned, windows.motion = old, zeros, turned, motion
         else:
             break
         if before - after < 1e-4 * before:
@@ -232,9 +322,13 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS, *, held: int = 0)
     return state_of(windows, causes, rest)
 
 
-def _bounded(windows: Windows, rest: Array, most: float) -> float:
-    """Return the sum of clipped mean squares of windows: a few may diverge from any model."""
-    return float(np.sum(np.minimum(windows.level(rest), most)))
+def _bounded(windows: Windows, rest: Array, most: float, held: float = 0.0) -> float:
+    """Return the sum of clipped mean squares of windows, a few may diverge from any model, and of priors of the drive.
+
+    held: root of the weight of the priors.
+    """
+    prior = held**2 * float(np.sum(windows.motion**2)) * len(windows) / max(len(windows.window), 1)
+    return float(np.sum(np.minimum(windows.level(rest), most))) + prior
 
 
 def _shortened(causes: Sequence[Cause], step: Array, pivot: float) -> Array:
@@ -296,7 +390,7 @@ def referenced(windows: Windows, now: State) -> State:
     """Return a state whose phases, where no record has an index mark, refer to the first record with the causes."""
     restore(windows, now)
     along = windows.along(effects_of(now.causes))
-    away = windows.without_starts(along.starts())
+    away = WithoutStarts(windows, along.starts())
     record, causes, turned = windows.record[windows.every[: len(along.rest)]], now.causes, now.turned
     for side, lost in unknown_datums(windows, causes):
         if len(lost) < len(windows.lost) and np.all(windows.lost[:, side]):
@@ -470,47 +564,7 @@ def polished(windows: Windows, now: State, *, thorough: bool = False) -> State:
     rest = refined(windows, effects, rest) if thorough else rest
     if np.any(rest != before):
         now = fitted(windows, now._replace(rest=rest))
-    return _with_drive_uncertainty(windows, now)
-
-
-def _with_drive_uncertainty(windows: Windows, now: State) -> State:
-    """Return a state with the residuals beyond the uncertainty of the drive's motion, whose harmonics have a price."""
-    along = windows.along(effects_of(now.causes))
-    columns = along.driven()
-    if not columns:
-        return now
-    weight = windows.weights(along.rest)
-    away = windows.without_starts([one * weight for one in along.starts()])
-    explained, price = by_drive(windows, now.rest, columns, away)
-    return now._replace(beyond=now.rest - explained / weight, price=_price(windows, now.causes) + price)
-
-
-def by_drive(
-    windows: Windows, rest: Array, columns: Sequence[tuple[int, Array]], away: Callable[[Array], Array]
-) -> tuple[Array, Array]:
-    """Return the part of residuals that uncertain harmonics of the drive explain, and its price in each window.
-
-    Args:
-        windows: of the residuals.
-        rest: residuals, (n,).
-        columns: record of each harmonic, and the sensitivity of the predictions to it.
-        away: projector of the starts.
-
-    Returns:
-        Weighted part of residuals, (n,), and prices in units of the level, (w,).
-    """
-    weight = windows.weights(rest)
-    left, explained, price = away(rest * weight), np.zeros(len(rest)), np.zeros(len(windows))
-    level = max(float(np.median(windows.level(rest))) * windows.runs(rest), 1e-12)
-    for k in range(len(windows.zeros)):
-        own = np.column_stack([np.zeros((len(left), 0)), *(away(one * weight) for j, one in columns if j == k)])
-        if not own.size:
-            continue
-        held = np.sqrt(level) * np.eye(own.shape[1])  # by SVD: in windows that diverge, sensitivities exceed 1e9
-        sizes = np.linalg.lstsq(np.vstack([own, held]), np.append(left, np.zeros(len(held))), rcond=None)[0]
-        explained += own @ sizes
-        price[windows.record == k] += float(sizes @ sizes) / max(int(np.sum(windows.record == k)), 1)
-    return explained, price
+    return now
 
 
 def _polished(windows: Windows, now: State) -> State:
@@ -571,7 +625,7 @@ def kicked(windows: Windows, causes: Sequence[Cause]) -> tuple[WithoutStarts, Ar
     if not along.spread:
         return None
     columns = along.starts()
-    own = windows.without_starts([one * windows.weights(one) for one in columns])
+    own = WithoutStarts(windows, [one * windows.weights(one) for one in columns])
     return own, np.clip(1.0 - own.variances()[:, -KICKS:], 0.0, 1.0)
 
 
@@ -605,12 +659,24 @@ def deviations(windows: Windows, causes: Sequence[Cause]) -> Deviations | None:
 def _price(windows: Windows, causes: Sequence[Cause]) -> Array:
     """Return twice the logarithm by which kicks, or twists, lower the evidence of each window, (w,)."""
     if any(one.candidate.kind == BODY for one in causes):
-        own = windows.without_starts(windows.along(effects_of(causes)).starts()[:4])
+        own = WithoutStarts(windows, windows.along(effects_of(causes)).starts()[:4])
         return 2.0 * np.sum(np.log(np.maximum(own.sizes[:, 2:], 1.0)), axis=1)
     own = kicked(windows, causes) if any(one.candidate.kind == SCATTER for one in causes) else None
     if own is None:
         return np.zeros(len(windows))
     return 2.0 * np.sum(np.log(np.maximum(own[0].sizes[:, -KICKS:], 1.0)), axis=1)
+
+
+def uncorrected(windows: Windows, now: State) -> Array:
+    """Return the residuals of a state with the drive's motion as measured, (n,)."""
+    restore(windows, now)
+    return now.rest + windows.along(effects_of(now.causes)).corrected(now.motion)
+
+
+def _price_of_motion(windows: Windows) -> Array:
+    """Return the squares of the corrections of the drive's motion, in its standard deviations, by windows, (w,)."""
+    count = np.bincount(windows.record, minlength=len(windows.zeros))
+    return (np.sum(windows.motion**2, axis=1) / np.maximum(count, 1))[windows.record]
 
 
 def with_spread(windows: Windows, now: State) -> State:
@@ -651,16 +717,14 @@ def scattering(windows: Windows, known: Sequence[Candidate], now: State, least: 
 def _promised(windows: Windows, now: State) -> float:
     """Return the first-order fall of chi-square, over its level, by kicks, less their price."""
     along, weight = windows.along(effects_of(now.causes)), windows.weights(now.rest)
-    columns, driven = [one * weight for one in along.starts()], along.driven()
-    left, prices = [], []
-    for own in (columns[:2], columns):
-        away = windows.without_starts(own)
-        explained, price = by_drive(windows, now.rest, driven, away)
-        left.append(away(now.rest * weight - explained))
-        prices.append(float(price.sum()))
-    level = max(float(np.median(windows.level(left[1]))), 1e-12)
-    fall = float(left[0] @ left[0] - left[1] @ left[1]) / (level * windows.runs(left[1]))
-    return fall - (prices[1] - prices[0]) - float(now.price.sum())
+    columns, driven = along.starts(), along.driven()
+    left = [
+        WithoutNuisances(windows, now.rest, own, driven).residuals(now.rest * weight) for own in (columns[:2], columns)
+    ]
+    kept = left[1][: len(now.rest)]
+    level = max(float(np.median(windows.level(kept))), 1e-12)
+    fall = float(left[0] @ left[0] - left[1] @ left[1]) / (level * windows.runs(kept))
+    return fall - float(_price(windows, now.causes).sum())
 
 
 def covariance_of(windows: Windows, now: State) -> Array:
@@ -669,14 +733,13 @@ def covariance_of(windows: Windows, now: State) -> Array:
     if not len(units):
         return np.zeros((0, 0))
     along = windows.along(effects_of(now.causes))
-    weight = windows.weights(along.rest)
-    away = windows.without_starts([one * weight for one in along.starts()])
-    own = np.column_stack([away(one * weight) for one in columns_of(along, now.causes)])
-    rest = away(now.rest * weight)
+    weight, away = windows.weights(along.rest), nuisances(along)
+    own = away(np.array([one * weight for one in columns_of(along, now.causes)])).T
+    rest = away.residuals(now.rest * weight)
     inverse = np.linalg.pinv(own.T @ own)
     level = max(float(rest @ rest) / max(len(rest) - own.shape[1] - 2 * len(windows), 1), 1.0)
-    every = windows.every[: len(rest)]
-    pulls = np.column_stack([np.bincount(every, column * rest, len(windows)) for column in own.T])
+    every, count = windows.every[: len(now.rest)], len(now.rest)
+    pulls = np.column_stack([np.bincount(every, (column * rest)[:count], len(windows)) for column in own.T])
     scatter = inverse @ (pulls.T @ pulls) @ inverse
     wide = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(level * np.diag(inverse), 1e-300), 1.0))
     made = (level * inverse * np.outer(wide, wide))[: len(units), : len(units)] * np.outer(units, units)

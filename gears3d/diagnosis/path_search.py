@@ -56,6 +56,7 @@ from gears3d.diagnosis.path_fit import (
     settled,
     size_of,
     state_of,
+    uncorrected,
 )
 from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
@@ -172,8 +173,8 @@ def path_search(
         others.append(tuple(sorted([*fits, *excluded], key=lambda one: one.worse)))
     restore(windows, found)
     found = referenced(windows, found)
-    restore(windows, found)
     level, unsure = windows.level(found.rest), _by_motion(windows, [found, *(one for own, _ in instead for one in own)])
+    restore(windows, found)
     usual, covariance = windows.level(windows.missed(effects_of(found.causes))), covariance_of(windows, found)
     made = Path(
         found.causes, covariance, np.array(gains), float(np.median(windows.level(base.rest))),
@@ -185,8 +186,8 @@ def path_search(
 
 
 def _by_motion(windows: Windows, states: Sequence[State]) -> float:
-    """Return the largest fall of chi-square, over its level, that the drive's uncertainty explains in states."""
-    return max(fall_of(windows, one.rest, one.beyond)[0] if one.beyond is not None else 0.0 for one in states)
+    """Return the largest fall of chi-square, over its level, by corrections of the drive's motion in states."""
+    return max(fall_of(windows, uncorrected(windows, one), one.rest)[0] for one in states)
 
 
 def _scatter_separated(path: Path) -> Path:
@@ -367,8 +368,8 @@ def _far(windows: Windows, rest: Array) -> float:
 def _carried(part: Windows, now: State) -> State:
     """Return the causes of a state in windows of another length."""
     part.zeros, part.turned, part.weight = now.zeros.copy(), now.turned.copy(), np.ones(len(part))
+    part.motion, part.starts = now.motion, now.starts
     effects = effects_of(now.causes)
-    part.starts = now.starts
     part.restart(effects)
     rest = settled(part, effects, part.residuals(effects))
     return rezeroed(part, state_of(part, now.causes, rest))
@@ -610,11 +611,10 @@ def _part(few: Windows, mine: Array, now: State) -> State:
     """Return a state of all windows in a sample of them, given which residuals, (n + KICKS w,), are theirs."""
     if len(few) == len(now.price):
         return now
-    own, rows = few.picked, mine[: len(now.rest)]
+    starts, own = now.starts.only(few.picked), few.picked
     return now._replace(
-        rest=now.rest[rows], starts=now.starts.only(own), weight=now.weight[own], price=now.price[own],
-        beyond=None if now.beyond is None else now.beyond[rows],
-    )  # fmt: skip
+        rest=now.rest[mine[: len(now.rest)]], starts=starts, weight=now.weight[own], price=now.price[own]
+    )
 
 
 def _whole(windows: Windows, now: State, few: Windows, one: State) -> State:
@@ -629,7 +629,7 @@ def _whole(windows: Windows, now: State, few: Windows, one: State) -> State:
     if few is windows:
         return one
     restore(windows, now)
-    windows.zeros, windows.turned = one.zeros.copy(), one.turned.copy()
+    windows.zeros, windows.turned, windows.motion = one.zeros.copy(), one.turned.copy(), one.motion
     windows.starts = now.starts.put(few.picked, one.starts)
     effects = effects_of(one.causes)
     windows.restart(effects)

@@ -32,6 +32,7 @@ from gears3d.diagnosis.path_fit import (
     OIL,
     SOFT,
     SQUARED,
+    WithoutStarts,
     columns_of,
     effects_of,
     fitted,
@@ -437,7 +438,7 @@ def _along_path(windows: Windows, truth: Truth, free: bool) -> Look:
         return Look(None, None)
     along = windows.along(effects_of(now.causes))
     weight = windows.weights(along.rest)
-    away = windows.without_starts([one * weight for one in along.starts()])
+    away = WithoutStarts(windows, [one * weight for one in along.starts()])
     numbers = sum(len(one.numbers) for one in now.causes)
     made = columns_of(along, now.causes)
     own, local = made[:numbers], made[numbers:]
@@ -461,7 +462,8 @@ def _along_path(windows: Windows, truth: Truth, free: bool) -> Look:
     scores = np.column_stack([np.bincount(every, one * rest, len(windows)) for one in slopes.T])
     count = max(len(rest) - slopes.shape[1] - 2 * len(windows), 1)
     made = Information(slopes.T @ slopes, scores, float(rest @ rest), count)
-    waves = np.column_stack([np.zeros((len(rest), 0)), *(away(one * weight) for _, one in along.driven())])
+    record, driven = windows.record[every], along.driven()
+    waves = np.concatenate([away(driven * (record == k) * weight) for k in range(len(windows.zeros))]).T
     across = waves.T @ slopes
     less = across.T @ np.linalg.solve(waves.T @ waves + np.eye(waves.shape[1]), across)
     return Look(made, None, runs=windows.runs(now.rest), driven=made._replace(normal=made.normal - less))

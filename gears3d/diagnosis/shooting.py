@@ -1,8 +1,9 @@
 """Multiple shooting: the rigid model in windows of the records, each with an initial state of its own.
 
 Input: rig, records, and effects. A window starts with the place and speed fitted to its readings; the model follows the
-measured motion of the drive over impacts, bounces and contact, without segmentation. Result: trajectory residuals, and
-their sensitivities to effects, starts and datums. Source: Bock and Plitt 1984, multiple shooting.
+measured motion of the drive, whose harmonics have an uncertainty, over impacts, bounces and contact, without
+segmentation. Result: trajectory residuals, and their sensitivities to effects, starts, datums and harmonics of the
+drive. Source: Bock and Plitt 1984, multiple shooting.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.evidence import begin_of_flight, likely_root, orthonormal, roots_of
+from gears3d.diagnosis.evidence import begin_of_flight, likely_root, roots_of
 from gears3d.diagnosis.prediction import GEARS, deviation, reading_error
 from gears3d.diagnosis.shooting_kernels import (
     body_of,
@@ -68,8 +69,6 @@ FLUNG = 4.0
 KICKS = 16
 # Largest step of such a deviation in a round, in standard deviations of the scatter.
 FARTHEST_KICK = 2.0
-# Smallest part of the square of a start's column that must be independent of the other columns.
-DEPENDENT = 1e-9
 # Largest number of impacts and contact losses of a window over which sensitivities are propagated.
 EVENTS = 512
 # Normal forms that the model of windows covers; friction has no effect on rigid flanks, scatter none on the mean, and
@@ -133,7 +132,10 @@ def shootable(rig: Scenario) -> bool:
 
 
 class Windows:
-    """Windows of the records of one rig, with their starts, and the datums of each record: displacement and angles.
+    """Windows of the records of one rig, with their starts, and the datums and the drive's motion of each record.
+
+    Datums are of displacement and angles; the motion is corrected in the parameters of its harmonics, in standard
+    deviations of each.
 
     Args:
         rig: scenario of the bench.
@@ -175,7 +177,8 @@ class Windows:
             return np.array(made).reshape(-1, NODES)
 
         self.drive: tuple[Array, ...] = driven(0), driven(1), driven(2)
-        self.unsure = [one.unsure for one in curves]
+        self.swings = self._errors(curves, time)
+        self.motion = np.zeros((len(tracks), len(self.swings[0])))
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
         self.time, self.read = (np.concatenate([np.zeros(0), *(one[k] for one in seen)]) for k in (0, 1))
@@ -184,8 +187,10 @@ class Windows:
         self.node = np.clip(share.astype(int), 0, NODES - 2)
         self.beyond = share - self.node
         self.models, self.lasts = [one.model for one in tracks], [float(np.ptp(one.time[[0, -1]])) for one in tracks]
+        self.smooth = [one.smooth for one in tracks]
+        self.apart = np.array([1.0 - one.shared for one in tracks])
         self.roots = [
-            self._root(k, slow) if (slow := one.flicker / self._white(k)) > COLOURED else None
+            self._root(k, slow) if max(slow := one.flicker / self._white(k), self._drift(k)) > COLOURED else None
             for k, one in enumerate(self.models)
         ]
         self.weight = np.ones(len(rows))
@@ -253,17 +258,22 @@ class Windows:
         size = max(len(time) // BINS, 1)
         bins = len(time) // size
         time, place = (column[: bins * size].reshape(bins, size).mean(axis=1) for column in (time, place))
-        return time, place, float(np.hypot(known.noise / np.sqrt(size), ROUNDED * self.backlash))
+        return time, place, float(np.hypot(known.white / np.sqrt(size), ROUNDED * self.backlash))
 
     def _white(self, k: int) -> float:
         """Return the standard deviation of a reading of a record [m]."""
         return float(np.min(self.sigma[self.record[self.window] == k], initial=np.inf))
 
+    def _drift(self, k: int) -> float:
+        """Return the smooth error of the drive's curve in a record, in standard deviations of a reading."""
+        return self.smooth[k][0] / self._white(k)
+
     def _root(self, k: int, slow: float) -> Array:
         """Return the whitening transform of a record's windows, for 1/f noise in standard deviations of one."""
         longest = np.flatnonzero(self.record == k)[np.argmax(np.bincount(self.window)[self.record == k])]
         time = self.time[self.window == longest]
-        return roots_of(time[None], np.ones((1, len(time))), slow, self.lasts[k])[0]
+        smooth = self._drift(k), self.smooth[k][1]
+        return roots_of(time[None], np.ones((1, len(time))), slow, self.lasts[k], smooth)[0]
 
     def coloured(self, effects: Sequence[Any]) -> bool:
         """Estimate 1/f noise that a record does not determine from residuals of its quieter windows.
@@ -279,19 +289,21 @@ class Windows:
                 continue
             rows = [rest[self.window == one] for one in own[usual[own] <= np.median(usual[own])]]
             most = 2.0 * model.sigmas["flicker"] / self._white(k)
-            self.roots[k] = likely_root(rows, [self._root(k, slow) for slow in COLOURS if slow < most])
+            plain = () if self._drift(k) > COLOURED else (None,)
+            slows = [slow for slow in (*([] if plain else [0.0]), *COLOURS) if slow < most]
+            self.roots[k] = likely_root(rows, [*plain, *(self._root(k, slow) for slow in slows)])
         return before != [one is None or one.tobytes() for one in self.roots]
 
     def whitened(self, columns: Array) -> Array:
         """Return readings, in their standard deviations, whitened for 1/f noise."""
         if all(root is None for root in self.roots):
             return columns
-        dense = self._dense(np.atleast_2d(columns))
+        dense = self.dense(np.atleast_2d(columns))
         for k, root in enumerate(self.roots):
             if root is not None and np.any(own := self.record == k):
                 most = min(len(root), dense.shape[2])
                 dense[own, :, :most] = dense[own, :, :most] @ root[:most, :most].T
-        return self._gathered(dense, columns)
+        return self.gathered(dense, columns)
 
     def some(self, most: int) -> tuple[Windows, Array]:
         """Return a sample of at most so many windows, and which readings and kicks are theirs, (n + KICKS w,)."""
@@ -308,6 +320,7 @@ class Windows:
         for name in ("record", "begin", "step", "weight"):
             setattr(few, name, getattr(self, name)[picked])
         few.drive = self.drive[0][picked], self.drive[1][picked], self.drive[2][picked]
+        few.swings = self.swings[0][:, picked], self.swings[1][:, picked], self.swings[2][:, picked]
         few.starts, few.picked = self.starts.only(picked), picked
         for name in ("time", "read", "sigma", "node", "beyond"):
             setattr(few, name, getattr(self, name)[mine])
@@ -321,6 +334,7 @@ class Windows:
         mine = self.node + self.beyond <= nodes - 1
         few = copy(self)
         few.drive = tuple(np.ascontiguousarray(one[:, :nodes]) for one in self.drive)
+        few.swings = tuple(np.ascontiguousarray(one[..., :nodes]) for one in self.swings)
         for name in ("time", "read", "sigma", "window"):
             setattr(few, name, getattr(self, name)[mine])
         few.node = np.minimum(self.node[mine], nodes - 2)
@@ -359,7 +373,7 @@ class Windows:
         """Return the trajectory of the rig with more effects, and at most so many events of each window."""
         rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
         sensors: list[Any] = [one for one in (*self.effects, *effects) if hasattr(one, "observe")]
-        key = (id(self.drive[0]), *map(id, effects)), self.zeros.tobytes(), self.turned.tobytes()
+        key = (id(self.drive[0]), *map(id, effects)), *(x.tobytes() for x in (self.zeros, self.turned, self.motion))
         if self._last is None or self._last[0] != key:  # several starts are tried with the same effects
             self._last = key, (self.drive, *effects), self._moved(rows, sensors)
         seen, loose, ahead, wrong, (angle, speed, rate), flanks = self._last[2]
@@ -393,14 +407,39 @@ class Windows:
         return _Run(*about, twist, body)
 
     def _moved(self, rows: Sequence[Row], sensors: Sequence[Any]) -> tuple[Any, ...]:
-        """Return what all starts share: angles, errors of the drive's encoder, true motion of the drive, flanks."""
+        """Return what all starts share: angles, errors of the drive's readings, true motion of the drive, flanks."""
         zero, turned = (self.origins + self.zeros)[self.record][:, None], self.turned[self.record]
         angle = self.drive[0]
         seen, loose = angle + turned[:, :1], (self.radii[0] * angle + zero) / self.radii[1] + turned[:, 1:]
-        wrong = self.misread(sensors, seen)
-        drive = [own - off for own, off in zip(self.drive, wrong, strict=True)] if wrong else self.drive
+        wrong = self.off(sensors, seen)
+        drive = [own - off for own, off in zip(self.drive, wrong[1:], strict=True)] if wrong else self.drive
         active, reverse = self.flanks(rows, seen, loose)
         return seen, loose, zero[:, 0] / self.radii[1] + turned[:, 1], wrong, drive, (active, reverse + self.backlash)
+
+    def off(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array, Array] | None:
+        """Return errors of the drive at the nodes: of the displacement's readings, of its motion, and two derivatives.
+
+        Where the drive's readings less its curve are removed from the displacement, the curve's error is not in it.
+        """
+        made = self.misread(sensors, seen)
+        if not np.any(self.motion):
+            return None if made is None else (made[0], *made)
+        angle, speed, rate = made or [np.zeros_like(seen)] * 3
+        by = [np.einsum("wm,mwn->wn", self.motion[self.record], one) for one in self.swings]
+        return angle + self.apart[self.record, None] * by[0], angle + by[0], speed + by[1], rate + by[2]
+
+    def _errors(self, curves: Sequence[Any], time: Array) -> tuple[Array, Array, Array]:
+        """Return errors of the drive's motion at the nodes [rad], and two derivatives, by one standard deviation.
+
+        Of each parameter of a record's harmonics, (m, w, nodes) each; records may have different numbers of them.
+        """
+        made = []
+        for order in range(3):
+            own = [curves[k].errors(at, order) for k, at in zip(self.record, time, strict=True)]
+            most = max(map(len, own), default=0)
+            rows = [np.concatenate([one, np.zeros((most - len(one), NODES))]) for one in own]
+            made.append(np.array(rows).reshape(len(time), most, NODES).transpose(1, 0, 2))
+        return made[0], made[1], made[2]
 
     def misread(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array] | None:
         """Return reading errors of the drive at the nodes, and their derivatives; ``None`` without any."""
@@ -509,8 +548,8 @@ class Windows:
         none = np.zeros(len(self))
         tried = [at_rest(none, none, mode) for mode in (1, 2)]
         now = self._run(effects, self.starts)
-        wrong = self.misread([one for one in (*self.effects, *effects) if hasattr(one, "observe")], now.seen[0])
-        driven = self.drive[2] if wrong is None else self.drive[2] - wrong[2]
+        wrong = self.off([one for one in (*self.effects, *effects) if hasattr(one, "observe")], now.seen[0])
+        driven = self.drive[2] if wrong is None else self.drive[2] - wrong[3]
         fall = -self.lever * self.values.drag_torque - self.radii[0] * driven
         step = self.step[:, None]
         rate = np.concatenate([none[:, None], np.cumsum(0.5 * (fall[:, 1:] + fall[:, :-1]), axis=1) * step], axis=1)
@@ -553,7 +592,7 @@ class Windows:
             spread: standard deviation of the restitution, the unit of the kicks.
             most: largest step of place and rate of a start, in units.
         """
-        own, left = self._dense(columns), self._dense([rest])[:, 0, :, None]
+        own, left = self.dense(columns), self.dense([rest])[:, 0, :, None]
         size = np.sqrt(np.sum(own * own, axis=2))
         own = own / np.where(size > 0.0, size, 1.0)[:, :, None]
         inverse = np.linalg.pinv(own @ own.transpose(0, 2, 1), rcond=1e-9, hermitian=True)
@@ -565,7 +604,7 @@ class Windows:
         twist = now.twist + by[:, 2:] * self.turns() if own > 2 else now.twist
         return Starts(now.place + by[:, 0] * units[0], now.rate + by[:, 1] * units[1], now.mode, kicks, twist)
 
-    def _dense(self, columns: Sequence[Array] | Array) -> Array:
+    def dense(self, columns: Sequence[Array] | Array) -> Array:
         """Return columns by window, padded with zeros, (w, p, most readings + kicks)."""
         count = len(columns[0])
         at, most = self._at(count)
@@ -579,42 +618,10 @@ class Windows:
         most = int(self.order[:count].max(initial=-1)) + 1
         return self.every[:count] * most + self.order[:count], most
 
-    def _gathered(self, dense: Array, like: Array) -> Array:
+    def gathered(self, dense: Array, like: Array) -> Array:
         """Return columns, (n,) or (k, n), from padded ones, (w, k, most)."""
         rows = dense.transpose(1, 0, 2).reshape(dense.shape[1], -1)
         return rows[:, self._at(like.shape[-1])[0]].reshape(like.shape)
-
-    def without_starts(self, columns: Sequence[Array]) -> WithoutStarts:
-        """Return the projector that removes starts from a column, in each window."""
-        return WithoutStarts(self, columns)
-
-
-class WithoutStarts:
-    """Projector that removes the starts, as nuisance parameters, from columns, in each window.
-
-    Args:
-        windows: of the columns.
-        columns: of :meth:`Linearised.starts`.
-
-    Attributes:
-        sizes: norms of the columns without those before them, (w, p).
-    """
-
-    def __init__(self, windows: Windows, columns: Sequence[Array]) -> None:
-        self._windows, self._given = windows, windows._dense(columns)
-        own = np.stack(orthonormal(tuple(self._given.transpose(1, 0, 2)), DEPENDENT), axis=1)
-        self.sizes, self._own = np.einsum("wpn,wpn->wp", own, self._given), own
-
-    def variances(self) -> Array:
-        """Return the marginal variance of each number of a start, 0 without effect, (w, p)."""
-        normal = self._given @ self._given.transpose(0, 2, 1)
-        return np.diagonal(np.linalg.pinv(normal, rcond=1e-12, hermitian=True), axis1=1, axis2=2)
-
-    def __call__(self, columns: Array) -> Array:
-        """Return columns with starts projected out, (n,) or (k, n)."""
-        dense = self._windows._dense(np.atleast_2d(columns))
-        along = (dense @ self._own.transpose(0, 2, 1)) @ self._own
-        return columns - self._windows._gathered(along, columns)
 
 
 class _Run(NamedTuple):
@@ -750,27 +757,19 @@ class Linearised:
         made = self._followed((pushed, active, reverse), rebound, (none, none), driven=driven) + shown
         return made / windows.sigma
 
-    def driven(self) -> list[tuple[int, Array]]:
-        """Return sensitivities of predictions to each harmonic of each record's drive, per standard deviation.
+    def driven(self) -> Array:
+        """Return sensitivities of predictions to harmonics of their record's drive, per standard deviation, (m, n)."""
+        windows, none, made = self.windows, np.zeros(len(self.windows)), []
+        still, radius = np.zeros(self.run.events.shape[:2]), windows.radii[0]
+        for wrong, pushed in zip(radius * windows.swings[0], radius * windows.swings[2], strict=True):
+            own = self._followed((pushed, self.none, self.none), still, (none, none), driven=pushed)
+            made.append(own - windows.between(windows.apart[windows.record, None] * wrong))
+        return self.extended(np.array(made).reshape(-1, len(windows.time)) / windows.sigma)
 
-        Returns:
-            Record and column, (n,), of each.
-        """
-        windows, none = self.windows, np.zeros(len(self.windows))
-        time = windows.begin[:, None] + windows.step[:, None] * np.arange(windows.drive[0].shape[1])
-        record, made = windows.record[windows.every[: len(self.rest)]], []
-        for number in range(max(map(len, windows.unsure), default=0)):
-            pairs = [one[number] if number < len(one) else (0.0, 0.0) for one in windows.unsure]
-            own = np.array(pairs, float).reshape(-1, 2)
-            turn, sigma = own[windows.record, :1], own[windows.record, 1:]
-            for phase in (0.0, 0.5 * np.pi):
-                wrong = windows.radii[0] * sigma * np.cos(turn * time + phase)
-                pushed = (-(turn**2) * wrong, self.none, self.none)
-                still = np.zeros(self.run.events.shape[:2])
-                column = self._followed(pushed, still, (none, none), driven=pushed[0]) - windows.between(wrong)
-                column = self.extended(column / windows.sigma)
-                made += [(k, np.where(record == k, column, 0.0)) for k in np.flatnonzero(own[:, 1]).tolist()]
-        return made
+    def corrected(self, motion: Array, driven: Array | None = None) -> Array:
+        """Return changes of predictions by corrections of the drive's motion, (r, m), given its sensitivities, (n,)."""
+        record = self.windows.record[self.windows.every[: len(self.rest)]]
+        return np.sum(motion.T[:, record] * (self.driven() if driven is None else driven), axis=0)
 
     def _followed(
         self, pushed: tuple[Array, Array, Array], rebound: Array, starts: tuple[Array, Array],

@@ -81,6 +81,8 @@ GROWN = 1.5
 PER_PERIOD = 12.0
 # Spans between knots of the coarsest curve.
 AT_LEAST = 8
+# Correlation time of the error of a cubic spline through white noise, in spans: its rate of change is 1.85 per span.
+CORRELATED = 0.54
 
 
 class Harmonic(NamedTuple):
@@ -453,6 +455,7 @@ class _Waves(NamedTuple):
         phases: at t = 0 [rad], (h,).
         sigma: standard deviation of their sum [rad].
         speed_sigma: of its rate [rad/s].
+        turn_sigma: of the circular frequency of the strongest; the others are multiples [rad/s].
         hidden: circular frequencies [rad/s] and largest sizes [rad] of those that noise may hide.
     """
 
@@ -461,6 +464,7 @@ class _Waves(NamedTuple):
     phases: np.ndarray
     sigma: float
     speed_sigma: float
+    turn_sigma: float = 0.0
     hidden: tuple[tuple[float, float], ...] = ()
 
     def at(self, time: np.ndarray | float, order: int = 0) -> np.ndarray:
@@ -513,6 +517,26 @@ class Curve:
                 made.append((float(turn), max(UNSEEN * sigma, *sizes, 0.0)))
         return made
 
+    def errors(self, time: np.ndarray, order: int = 0) -> np.ndarray:
+        """Return errors of the angle by one standard deviation of each parameter of its harmonics, or their derivative.
+
+        Args:
+            time: [s], any shape.
+            order: of the derivative.
+
+        Returns:
+            By cosine and sine of each harmonic of :attr:`unsure`, and by the frequency of all, (m, ...).
+        """
+        made, waves = [], self.waves
+        for turn, sigma in self.unsure:
+            made += [turn**order * sigma * np.cos(turn * time + 0.5 * np.pi * (order + k)) for k in (0, 1)]
+        if waves.turn_sigma > 0.0:
+            first = float(waves.turns[np.argmax(np.abs(waves.sizes) * waves.turns)])
+            ends = self.spline.t[0], self.spline.t[-1]
+            phases = waves._replace(sizes=waves.sizes * waves.turns / first, phases=waves.phases + 0.5 * np.pi)
+            made.append(waves.turn_sigma * (time - 0.5 * (ends[0] + ends[1])) * phases.at(time, order))
+        return np.array(made).reshape(-1, *np.shape(time))
+
     @property
     def bends(self) -> float:
         """Time within which it hardly bends [s]: from knot to knot, or a part of the period of a harmonic."""
@@ -544,6 +568,12 @@ class Steady(NamedTuple):
     rest: float
     size: int = 1
     finest: bool = False
+
+    @property
+    def smooth(self) -> tuple[float, float]:
+        """Standard deviation [rad] and correlation time [s] of the curve's error without that of its harmonics."""
+        apart = float(np.median(np.diff(np.unique(np.asarray(self.curve.spline.t, float)))))
+        return float(np.sqrt(max(self.sigma**2 - self.curve.waves.sigma**2, 0.0))), CORRELATED * apart
 
 
 def steady(reading: Reading, motion: DriveMotion | None = None) -> Steady:
@@ -587,8 +617,11 @@ def _waves(motion: DriveMotion) -> _Waves:
     phases = np.array([one.phase for one in found])  # of the speed: amplitude·sin(turn·t + phase)
     slack = float(np.sqrt(sum((one.amplitude_sigma / turn) ** 2 for one, turn in zip(found, turns, strict=True))))
     speed = float(np.sqrt(sum(one.amplitude_sigma**2 for one in found)))
+    first = max(found, key=lambda one: one.amplitude, default=None)
+    turn_sigma = 2.0 * np.pi * first.frequency_sigma if first else 0.0
     hidden = [(2.0 * np.pi * one.frequency, one.amplitude) for one in motion.hidden]
-    return _Waves(turns, -sizes, phases, slack, speed, tuple((turn, speed / turn) for turn, speed in hidden))
+    unseen = tuple((turn, speed / turn) for turn, speed in hidden)
+    return _Waves(turns, -sizes, phases, slack, speed, turn_sigma, unseen)
 
 
 def _through(reading: Reading, size: int, waves: _Waves) -> Steady:

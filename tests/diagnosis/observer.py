@@ -19,8 +19,10 @@ from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     SCATTER,
     State,
+    WithoutNuisances,
     columns_of,
     effects_of,
+    fitted,
     followed,
     kicked,
     restore,
@@ -88,7 +90,8 @@ def _true(windows: Windows, causes: Sequence[Cause], zeros: Array) -> State | No
                 windows.zeros[k] += float(np.median(missed[own])) if np.any(own) else 0.0
         windows.restart(effects, anew=True)
         now = state_of(windows, causes, settled(windows, effects, windows.residuals(effects)))
-        return now._replace(rest=followed(windows, effects, now.rest), starts=windows.starts)
+        now = now._replace(rest=followed(windows, effects, now.rest), starts=windows.starts)
+        return fitted(windows, now, held=len(causes))  # the drive's motion within its uncertainty
     except InputError:
         return None
 
@@ -97,10 +100,11 @@ def _sizes(windows: Windows, now: State) -> dict[str, float]:
     """Return the size of each cause over its standard deviation, all others and all nuisances free."""
     restore(windows, now)
     along = windows.along(effects_of(now.causes))
-    away = windows.without_starts(along.starts())
+    away = WithoutNuisances(windows, now.rest, along.starts(), along.driven())
     level = np.maximum(windows.level(now.rest), 1.0) * _alike(windows, now.rest)  # noise is what true causes leave
     sure = 1.0 / np.sqrt(level)[windows.every[: len(now.rest)]]
-    columns = np.column_stack([away(one) * sure for one in columns_of(along, now.causes)])
+    sure = np.append(sure, np.full(len(away.record) - len(sure), 1.0 / away.held))
+    columns = (away(np.array(columns_of(along, now.causes))) * sure).T
     normal, made, at = columns.T @ columns, {}, 0
     for cause in now.causes:
         sizes = 2 if cause.candidate.phased else 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.measured.checks import admit
-from gears3d.measured.drive_motion import drive_motion, motion_of
+from gears3d.measured.drive_motion import drive_motion, motion_of, steady
 from gears3d.measured.encoder import model_noise, read_encoder
 from gears3d.recording import Recording
 from gears3d.scenario import load
@@ -53,6 +53,29 @@ def test_harmonics_of_the_drive_and_a_period_that_the_slowest_sets():
     found = drive_motion(time, angle_of(time, 30.0, waves))
     assert [one.frequency for one in found.harmonics] == pytest.approx([4.0, 8.0, 9.7], rel=1e-6)
     assert found.period == pytest.approx(0.25)
+
+
+def test_errors_of_a_drive_are_those_of_its_harmonics():
+    time, rng = np.arange(0.0, 10.0, 1e-3), np.random.default_rng(11)
+    angle = angle_of(time, 30.0, [(1.0, 4.0, 0.3), (0.2, 8.0, 1.0)]) + rng.normal(0.0, 1e-4, len(time))
+    reading = read_encoder(time, angle)
+    curve = steady(reading, motion_of(reading)).curve
+    some, step = np.linspace(2.0, 8.0, 500), 1e-4
+    found = [curve.errors(some, order) for order in range(3)]
+    for order in (0, 1):
+        slope = (curve.errors(some + step, order) - curve.errors(some - step, order)) / (2.0 * step)
+        assert slope == pytest.approx(found[order + 1], abs=0.01 * np.abs(found[order + 1]).max())
+    waves = curve.waves
+    turned = waves.turns * (1.0 + 1e-9)
+    middle = 0.5 * (time[0] + time[-1])
+    other = waves._replace(turns=turned, phases=waves.phases - (turned - waves.turns) * middle)
+    by = (other.at(some) - waves.at(some)) * waves.turn_sigma / (1e-9 * waves.turns[0])
+    assert found[0][-1] == pytest.approx(by, abs=1e-3 * np.abs(by).max())
+    missed = curve(time) - angle_of(time, 30.0, [(1.0, 4.0, 0.3), (0.2, 8.0, 1.0)])
+    inner = slice(len(time) // 10, -len(time) // 10)
+    own = curve.errors(time[inner])
+    sizes = np.linalg.lstsq(np.vstack([own, time[None, inner], np.ones((1, len(time[inner])))]).T, missed[inner])[0]
+    assert np.sum(sizes[: len(own)] ** 2) < 3.0 * len(own)
 
 
 def test_a_run_up_is_reported_with_its_speeds():

@@ -64,6 +64,7 @@ class Track:
         readings: of the drive's and the loose gear's encoder.
         step: median distance of the record's samples [s].
         models: of the noise of the drive's and the loose gear's encoder [rad].
+        shared: part of the drive's readings less its curve that is removed from the displacement, 0 or about 1.
     """
 
     time: np.ndarray
@@ -77,6 +78,7 @@ class Track:
     readings: tuple[Reading, Reading]
     step: float
     models: tuple[NoiseModel, NoiseModel] = (NOT_KNOWN, NOT_KNOWN)
+    shared: float = 0.0
 
     @cached_property
     def model(self) -> NoiseModel:
@@ -112,6 +114,17 @@ class Track:
     def origin(self) -> tuple[float, float]:
         """Angles of drive and loose gear at the first reading [rad]."""
         return float(self.driven(slice(0, 1))[0]), float(self.shown[0]) + self.lift
+
+    @property
+    def white(self) -> float:
+        """Standard deviation of one reading of ``place`` [m] without the smooth error of the drive's curve."""
+        return self.radii[1] * usual(self.sigma_loose) if self.follows else self.noise
+
+    @property
+    def smooth(self) -> tuple[float, float]:
+        """Standard deviation [m] and correlation time [s] of the smooth error of ``place``, by the drive's curve."""
+        sigma, lasts = self.steady.smooth
+        return self.radii[0] * abs(1.0 - self.shared) * sigma if self.follows else 0.0, lasts
 
     @property
     def lift(self) -> float:
@@ -230,16 +243,17 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
     order = motion.harmonics[0].order if motion.harmonics else 0.0
     one, other = _floored(one, other, radii)
     curve = steady(one, motion)
-    follows = curve.rest < FOLLOWS
+    follows, gain = curve.rest < FOLLOWS, 0.0
     if follows:
-        first, other = _without_shared_noise(one, other, curve, first)
+        first, other, gain = _without_shared_noise(one, other, curve, first)
+    shared = gain * radii[1] / radii[0]
     other, second = model_noise(other, order * radii[1] / radii[0])
     one, other = _floored(one, other, radii)
     inside: slice | np.ndarray = slice(None)  # a long record is not copied for nothing
     if other.time[0] < one.time[0] or other.time[-1] > one.time[-1]:
         inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
     at, shown, sigma = other.time[inside], other.shown[inside], other.sigma[inside]
-    theirs = curve.sigma if follows else usual(one.sigma)
+    theirs = abs(1.0 - shared) * curve.sigma if follows else usual(one.sigma)
     noise = float(np.hypot(radii[1] * usual(sigma), radii[0] * theirs))
     slack = (0.0 if follows else radii[0] * stuck(one)) + radii[1] * stuck(other)
     return Track(
@@ -254,25 +268,28 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
         (one, other),
         float(np.median(some_steps(time))),
         (first, second),
+        shared,
     )
 
 
-def _without_shared_noise(one: Reading, other: Reading, curve: Steady, model: NoiseModel) -> tuple[NoiseModel, Reading]:
-    """Return the noise of the drive's encoder and the loose gear's readings without the noise that both share.
+def _without_shared_noise(
+    one: Reading, other: Reading, curve: Steady, model: NoiseModel
+) -> tuple[NoiseModel, Reading, float]:
+    """Return the noise of the drive's encoder, the loose gear's readings without the noise that both share, its gain.
 
     Jitter of a sampling clock common to both encoders turns both angles too far at the same time: the difference of
     their readings does not show it, that of the loose gear's readings and a smooth drive motion does. By how much the
     loose gear's readings follow the drive's is the regression of their third differences, which vanish for the motion.
     """
     if "edges" in (one.kind, other.kind):
-        return model, other
+        return model, other, 0.0
     rows: slice | np.ndarray = slice(None)
     own: slice | np.ndarray = slice(None)
     if len(one.time) != len(other.time) or not np.array_equal(one.time, other.time):
         _, rows, own = np.intersect1d(one.time, other.time, assume_unique=True, return_indices=True)
     time, ours, theirs = other.time[own], one.shown[rows], other.shown[own]  # of a long record, no copies
     if len(time) < SLOWER * FEWEST:
-        return model, other
+        return model, other, 0.0
     some = slice(max((len(time) - AT_ONCE) // 2, 0), (len(time) + AT_ONCE) // 2)
     off = ours[some] + one.lift - curve.curve(time[some])
     bent, bends = np.diff(off, 3), np.diff(theirs[some], 3)
@@ -284,11 +301,11 @@ def _without_shared_noise(one: Reading, other: Reading, curve: Steady, model: No
         for size in (1, SLOWER)
     ]
     if falls[0] > SHARED or falls[1] > 1.0:
-        return model, other
+        return model, other, 0.0
     less = theirs - gain * (ours + one.lift - curve.curve(time))
     least = 0.0 if other.quantum is None else other.quantum / np.sqrt(12.0)
     sigma = np.broadcast_to(max(falls[0] * usual(other.sigma), least), len(time))
-    return replace(model, white=falls[0] * model.white), other._replace(time=time, shown=less, sigma=sigma)
+    return replace(model, white=falls[0] * model.white), other._replace(time=time, shown=less, sigma=sigma), gain
 
 
 def _noise_in_means(time: np.ndarray, values: np.ndarray, size: int) -> float:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.measured.segmentation import measure
+from gears3d.measured.segmentation import measure, path_of
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.simulation import record
@@ -60,6 +60,9 @@ def test_jitter_of_a_clock_that_both_encoders_share_is_no_noise_of_the_displacem
         angle = truth.signals[f"theta_{name}_rad"] + ratio * fast
         columns[f"theta_{name}_rad"] = angle + late * np.gradient(angle, truth.time) + rng.normal(0.0, own, count)
     found = measure(Recording(columns), scenario)
+    known = path_of(Recording(columns), scenario, "record")
+    assert known.shared == pytest.approx(1.0, abs=0.02) or own > 4e-7 * 500.0
+    assert known.smooth[0] < 0.1 * known.noise  # with the jitter goes the error of the drive's curve
     shared = 4e-7 * 500.0 * radii[0]
     least = own * radii[1]  # the drive's own noise is averaged out unless it tells the jitter
     assert found.summary["quality"]["noise_m"] < min(1.5 * np.sqrt(2.0) * least + 0.02 * shared, 0.5 * shared)
