@@ -79,6 +79,8 @@ RUNGS = 14
 GROWN = 1.5
 # Pieces of a harmonic's period that a cubic follows to a thousandth of its amplitude.
 PER_PERIOD = 12.0
+# Variation of the variance of times in a mean that is rounding.
+EVEN = 1e-3
 # Spans between knots of the coarsest curve.
 AT_LEAST = 8
 # Correlation time of the error of a cubic spline through white noise, in spans: its rate of change is 1.85 per span.
@@ -301,12 +303,20 @@ def _least(table: Array, values: Array) -> Array:
 
 
 def _means(time: Array, angle: Array) -> tuple[Array, Array, float]:
-    """Return means over equally many readings, and the time that each covers."""
+    """Return means over equally many readings, and the time that each covers.
+
+    The mean of a curved path deviates from the path by its second derivative and the variance of the times. Where that
+    varies, as readings are missing, its variation would be taken for a harmonic.
+    """
     few = max(len(time) // POINTS, 1)
     count = len(time) // few
     if count < 2:
         return time, angle, 0.0
-    time, angle = (values[: count * few].reshape(count, few).mean(axis=1) for values in (time, angle))
+    rows, angle = time[: count * few].reshape(count, few), angle[: count * few].reshape(count, few).mean(axis=1)
+    within, time = rows.var(axis=1), rows.mean(axis=1)
+    uneven = within - np.median(within)
+    if few > 1 and np.all(np.diff(time) > 0.0) and np.any(np.abs(uneven) > EVEN * np.median(within)):
+        angle = angle - 0.5 * uneven * np.gradient(np.gradient(angle, time), time)
     return time, angle, (float(time[-1] - time[0]) / (count - 1) if few > 1 else 0.0)
 
 

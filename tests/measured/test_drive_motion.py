@@ -78,6 +78,16 @@ def test_errors_of_a_drive_are_those_of_its_harmonics():
     assert np.sum(sizes[: len(own)] ** 2) < 3.0 * len(own)
 
 
+def test_missing_readings_make_no_harmonic():
+    """Means of readings of which every 18th is missing cover uneven times: 4 µrad at 573 Hz came of it."""
+    rng, time = np.random.default_rng(13), np.arange(200_000) / 19_902.0
+    time = time[np.arange(len(time)) % 18 != 17]
+    waves = [(16.37, 30.4, 0.3), (0.8185, 60.8, 1.0), (0.8185, 91.2, 2.0)]
+    found = drive_motion(time, angle_of(time, 382.0, waves) + rng.normal(0.0, 1.3e-6, len(time)))
+    assert [one.frequency for one in found.harmonics] == pytest.approx([30.4, 91.2, 60.8], rel=1e-6)
+    assert [one.amplitude for one in found.harmonics] == pytest.approx([16.37, 0.8185, 0.8185], rel=1e-3)
+
+
 def test_a_run_up_is_reported_with_its_speeds():
     time = np.arange(0.0, 12.0, 1e-3)
     found = drive_motion(time, angle_of(time, 10.0, [(3.0, 5.0, 0.0)], slope=2.0))
