@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.signals import quantum as quantum_of
-from gears3d.signals import robust_deviation, some_steps
+from gears3d.signals import robust_deviation
 from gears3d.signals.orders import deviations, harmonics, phasors_of, sums
 
 # Stretches of a long record that are examined, and the readings in each: a minute at 20 kHz.
@@ -65,6 +65,8 @@ STEEPEST = 0.3
 HELD_SHARE = 0.6
 # Counts per sample from which a repeated reading is not an update.
 SWEPT = 2.0
+# Readings before and after one whose mean step is the speed there.
+AROUND = 4
 # Times that a reading must come twice for each one that comes next to it, to be repeated by the acquisition: chance
 # makes it half as often.
 REPEATS = 3.0
@@ -277,17 +279,28 @@ def without_repeats(time: np.ndarray, angle: np.ndarray, count: float | None) ->
     ``time``: of the samples [s], (n,); ``angle``: [rad], (n,); ``count``: of the encoder [rad]; ``None`` for a smooth
     record.
     """
-    if held_readings(time, angle).samples > 1 or _twice(angle, count or 0.0):
+    held = held_readings(time, angle).samples > 1
+    if held or _twice(angle, count or 0.0):
         fresh = np.append(True, angle[1:] != angle[:-1])
+        if not held:  # a gear that stands between two counts repeats its reading
+            again = np.flatnonzero(~fresh)
+            fresh[again] = _pace(angle, again) < (count or 0.0)
         return time[fresh], angle[fresh]
     return time, angle
 
 
 def _twice(angle: np.ndarray, count: float) -> bool:
-    """Return whether readings of a gear that passes many counts in a sample repeat by more than chance."""
-    step = np.abs(some_steps(angle))
+    """Return whether readings repeat by more than chance where a gear passes several counts in a sample."""
+    some = angle[: STRETCHES * STRETCH]
+    step = np.abs(np.diff(some))[_pace(some, np.arange(1, len(some))) > SWEPT * count]
     none, next_ = float(np.sum(step == 0.0)), float(np.sum((step > 0.0) & (step < 1.5 * count)))
-    return float(np.median(step)) > SWEPT * count and none > REPEATS * (next_ + 1.0)
+    return none > REPEATS * (next_ + 1.0)
+
+
+def _pace(angle: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return the mean step of the readings around some, by their numbers [rad]."""
+    low, high = np.maximum(at - AROUND, 0), np.minimum(at + AROUND, len(angle) - 1)
+    return np.abs(angle[high] - angle[low]) / (high - low)
 
 
 def held_readings(time: np.ndarray, angle: np.ndarray) -> Held:

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from gears3d.measured.noise import combined, estimate_noise, held_readings
+from gears3d.measured.noise import combined, estimate_noise, held_readings, without_repeats
 from gears3d.measured.segmentation import path_of
 from gears3d.verification.challenge.space import draw
 from gears3d.verification.challenge.taking import take
@@ -86,6 +86,21 @@ def test_interpolation_errors_are_found_with_their_phase_and_removed(order, size
         assert np.angle(np.exp(1j * (one.phase - phase))) == pytest.approx(0.0, abs=0.15)
     left = found.corrected(MOTION + error + noise) - MOTION - noise
     assert np.std(left) < 0.1 * np.std(error)
+
+
+def test_repeats_are_left_out_also_where_a_counter_hardly_moves():
+    """A gear that slows down to a count per sample repeats readings, too: every 11th of a record was kept for that."""
+    rng, time, count = np.random.default_rng(17), np.arange(60_000) * 1.6e-4, 2.5e-4
+    true = 11.1 * time - 8.9 / 66.5 * np.cos(66.5 * time)
+    counted = np.floor((true + rng.normal(0.0, 1e-4, len(time))) / count) * count
+    late = np.arange(11, len(time), 11)
+    shown = counted.copy()
+    shown[late] = shown[late - 1]
+    kept, angle = without_repeats(time, shown, count)
+    assert not np.any(np.isin(time[late], kept) & (true[late] - true[late - 1] > 1.5 * count))
+    assert len(kept) > 0.87 * len(time)
+    assert np.abs(angle + 0.5 * count - np.interp(kept, time, true)).max() < 3.0 * count
+    assert len(without_repeats(time, counted, count)[0]) == len(time)
 
 
 @pytest.mark.parametrize("jitter", [3e-7, 1e-6])
