@@ -166,13 +166,13 @@ class WithoutNuisances:
         self._windows, weight, count = windows, windows.weights(rest), len(windows.zeros)
         self._starts = WithoutStarts(windows, [one * weight for one in starts])
         self.held = float(np.sqrt(max(np.median(windows.level(rest)) * windows.runs(rest), 1e-12)))
+        driven = np.where(np.isfinite(driven), driven, 0.0)  # trajectories that diverge within a window
         own, record = self._starts(driven * weight), windows.record[windows.every[: len(rest)]]
         self.record = np.concatenate([record, np.repeat(np.arange(count), len(driven))])
         self._blocks = []
-        for k in range(count if len(driven) else 0):
-            rows = np.flatnonzero(self.record == k)
+        for k in np.unique(record).tolist() if len(driven) else ():
             block = np.vstack([own[:, record == k].T, self.held * np.eye(len(driven))])
-            self._blocks.append((rows, *np.linalg.qr(block)))
+            self._blocks.append((k, np.flatnonzero(self.record == k), *np.linalg.qr(block)))
 
     def __call__(self, columns: Array) -> Array:
         """Return weighted columns, (n,) or (k, n), with nuisances projected out and the rows of the priors."""
@@ -185,15 +185,18 @@ class WithoutNuisances:
     def _left(self, columns: Array, motion: Array) -> Array:
         prior = np.broadcast_to(-self.held * motion.ravel(), (*columns.shape[:-1], motion.size))
         made = np.concatenate([columns, prior], axis=-1)
-        for rows, own, _ in self._blocks:
+        for _, rows, own, _ in self._blocks:
             made[..., rows] -= (made[..., rows] @ own) @ own.T
         return made
 
     def sizes(self, rest: Array) -> Array:
-        """Return the changes of the harmonics that reduce weighted residuals, in standard deviations, (r, m)."""
+        """Return the changes of the harmonics that reduce weighted residuals, in standard deviations, (r, m).
+
+        Records without windows keep theirs.
+        """
         motion = self._windows.motion
         made, wide = np.zeros_like(motion), np.concatenate([self._starts(rest), -self.held * motion.ravel()])
-        for k, (rows, own, upper) in enumerate(self._blocks):
+        for k, rows, own, upper in self._blocks:
             made[k] = np.linalg.solve(upper, own.T @ wide[rows])
         return made
 

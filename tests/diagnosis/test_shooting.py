@@ -446,12 +446,17 @@ def test_harmonics_of_the_drive_with_huge_sensitivities_explain_what_they_can(sh
     drawn, count = np.random.default_rng(7), len(windows.window)
     first = 1e9 * drawn.standard_normal(count)
     columns = np.array([first, first * (1.0 + 1e-9), drawn.standard_normal(count)])
-    windows.motion = np.zeros((1, len(columns)))
+    starts, windows.motion = windows.along(()).starts(), np.zeros((1, len(columns)))
     rest = 1e-9 * first + drawn.standard_normal(count)
-    away = WithoutNuisances(windows, rest, windows.along(()).starts(), columns)
+    away = WithoutNuisances(windows, rest, starts, columns)
     assert np.all(np.isfinite(away.sizes(rest)))
     assert np.std(away.residuals(rest)[:count]) == pytest.approx(1.0, rel=0.1)
     assert away.residuals(rest) == pytest.approx(away(rest), abs=1e-9)
+    windows.motion = np.ones((2, len(columns)))  # of a record without windows, too
+    windows.zeros = np.zeros(2)
+    away = WithoutNuisances(windows, rest, starts, np.where(np.arange(count) == 5, np.inf, columns))
+    assert np.all(np.isfinite(away.residuals(rest)))
+    assert np.all(away.sizes(rest)[1] == 0.0)
 
 
 def test_a_cause_gains_in_its_own_place_as_much_without_index_marks(short):
