@@ -287,13 +287,13 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS, *, held: int = 0)
         step = np.linalg.lstsq(own.T, away.residuals(rest * weight), rcond=1e-9)[0]
         numbers = sum(len(cause.numbers) for cause in causes)
         step[:numbers] = _shortened(causes, step[:numbers], windows.pivot)
-        motion, swing = windows.motion, away.sizes(rest * weight - step @ columns)
-        swung = weight * along.corrected(swing, driven)
+        motion, by_motion = windows.motion, away.sizes(rest * weight - step @ columns)
+        changed = weight * along.corrected(by_motion, driven)
         most = FAR * float(np.median(windows.level(rest * weight)))
         before, old = _bounded(windows, rest * weight, most, away.held), windows.starts
         zeros, turned, angles = windows.zeros, windows.turned, unknown_datums(windows, causes)
         for damping in DAMPED:
-            left = rest * weight - damping * (step @ columns + swung)
+            left = rest * weight - damping * (step @ columns + changed)
             try:
                 trial = moved(causes, damping * step[:numbers] * units, windows.pivot)
                 if any(one.candidate.kind in LAWS and one.numbers[0] <= 0.0 for one in trial):
@@ -301,7 +301,7 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS, *, held: int = 0)
                 effects = effects_of(trial)
                 at = numbers + len(zeros)
                 windows.zeros = zeros + damping * step[numbers:at] * windows.backlash
-                windows.turned, windows.motion = turned.copy(), motion + damping * swing
+                windows.turned, windows.motion = turned.copy(), motion + damping * by_motion
                 for side, records in angles:
                     by = damping * step[at : at + len(records)] * ANGLE_STEP / SLOPE_STEP
                     windows.turned[records, side] += np.clip(by, -FARTHEST[2], FARTHEST[2])

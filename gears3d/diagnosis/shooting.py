@@ -177,8 +177,8 @@ class Windows:
             return np.array(made).reshape(-1, NODES)
 
         self.drive: tuple[Array, ...] = driven(0), driven(1), driven(2)
-        self.swings = self._errors(curves, time)
-        self.motion = np.zeros((len(tracks), len(self.swings[0])))
+        self.drive_errors: tuple[Array, ...] = self._errors(curves, time)
+        self.motion = np.zeros((len(tracks), len(self.drive_errors[0])))
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
         self.time, self.read = (np.concatenate([np.zeros(0), *(one[k] for one in seen)]) for k in (0, 1))
@@ -320,7 +320,7 @@ class Windows:
         for name in ("record", "begin", "step", "weight"):
             setattr(few, name, getattr(self, name)[picked])
         few.drive = self.drive[0][picked], self.drive[1][picked], self.drive[2][picked]
-        few.swings = self.swings[0][:, picked], self.swings[1][:, picked], self.swings[2][:, picked]
+        few.drive_errors = tuple(one[:, picked] for one in self.drive_errors)
         few.starts, few.picked = self.starts.only(picked), picked
         for name in ("time", "read", "sigma", "node", "beyond"):
             setattr(few, name, getattr(self, name)[mine])
@@ -334,7 +334,7 @@ class Windows:
         mine = self.node + self.beyond <= nodes - 1
         few = copy(self)
         few.drive = tuple(np.ascontiguousarray(one[:, :nodes]) for one in self.drive)
-        few.swings = tuple(np.ascontiguousarray(one[..., :nodes]) for one in self.swings)
+        few.drive_errors = tuple(np.ascontiguousarray(one[..., :nodes]) for one in self.drive_errors)
         for name in ("time", "read", "sigma", "window"):
             setattr(few, name, getattr(self, name)[mine])
         few.node = np.minimum(self.node[mine], nodes - 2)
@@ -425,7 +425,7 @@ class Windows:
         if not np.any(self.motion):
             return None if made is None else (made[0], *made)
         angle, speed, rate = made or [np.zeros_like(seen)] * 3
-        by = [np.einsum("wm,mwn->wn", self.motion[self.record], one) for one in self.swings]
+        by = [np.einsum("wm,mwn->wn", self.motion[self.record], one) for one in self.drive_errors]
         return angle + self.apart[self.record, None] * by[0], angle + by[0], speed + by[1], rate + by[2]
 
     def _errors(self, curves: Sequence[Any], time: Array) -> tuple[Array, Array, Array]:
@@ -761,7 +761,7 @@ class Linearised:
         """Return sensitivities of predictions to harmonics of their record's drive, per standard deviation, (m, n)."""
         windows, none, made = self.windows, np.zeros(len(self.windows)), []
         still, radius = np.zeros(self.run.events.shape[:2]), windows.radii[0]
-        for wrong, pushed in zip(radius * windows.swings[0], radius * windows.swings[2], strict=True):
+        for wrong, pushed in zip(radius * windows.drive_errors[0], radius * windows.drive_errors[2], strict=True):
             own = self._followed((pushed, self.none, self.none), still, (none, none), driven=pushed)
             made.append(own - windows.between(windows.apart[windows.record, None] * wrong))
         return self.extended(np.array(made).reshape(-1, len(windows.time)) / windows.sigma)

@@ -83,7 +83,8 @@ PER_PERIOD = 12.0
 EVEN = 1e-3
 # Spans between knots of the coarsest curve.
 AT_LEAST = 8
-# Correlation time of the error of a cubic spline through white noise, in spans: its rate of change is 1.85 per span.
+# Correlation time of the error of a cubic spline through white noise, in spans: in 30 splines of 10 to 100 spans the
+# ratio of its rate of change to itself was 1.83 to 1.99 per span.
 CORRELATED = 0.54
 
 
@@ -477,6 +478,11 @@ class _Waves(NamedTuple):
     turn_sigma: float = 0.0
     hidden: tuple[tuple[float, float], ...] = ()
 
+    @property
+    def first(self) -> float:
+        """Circular frequency of the strongest, by speed [rad/s]."""
+        return float(self.turns[np.argmax(np.abs(self.sizes) * self.turns)])
+
     def at(self, time: np.ndarray | float, order: int = 0) -> np.ndarray:
         """Return their sum at some times, or its derivative of that order."""
         made = np.zeros(np.shape(time))
@@ -518,8 +524,7 @@ class Curve:
         waves = self.waves
         if not len(waves.turns):
             return []
-        first = float(waves.turns[np.argmax(np.abs(waves.sizes) * waves.turns)])
-        sigma = waves.sigma / np.sqrt(len(waves.turns))
+        first, sigma = waves.first, waves.sigma / np.sqrt(len(waves.turns))
         made = [(turn, sigma) for turn in waves.turns.tolist()]
         for turn in first * np.arange(2.0, NEXT + 1.0):
             if np.min(np.abs(waves.turns - turn)) > 0.01 * first:
@@ -541,22 +546,21 @@ class Curve:
         for turn, sigma in self.unsure:
             made += [turn**order * sigma * np.cos(turn * time + 0.5 * np.pi * (order + k)) for k in (0, 1)]
         if waves.turn_sigma > 0.0:
-            first = float(waves.turns[np.argmax(np.abs(waves.sizes) * waves.turns)])
             ends = self.spline.t[0], self.spline.t[-1]
-            phases = waves._replace(sizes=waves.sizes * waves.turns / first, phases=waves.phases + 0.5 * np.pi)
+            phases = waves._replace(sizes=waves.sizes * waves.turns / waves.first, phases=waves.phases + 0.5 * np.pi)
             made.append(waves.turn_sigma * (time - 0.5 * (ends[0] + ends[1])) * phases.at(time, order))
         return np.array(made).reshape(-1, *np.shape(time))
 
     @property
     def bends(self) -> float:
         """Time within which it hardly bends [s]: from knot to knot, or a part of the period of a harmonic."""
-        knots = np.unique(np.asarray(self.spline.t, float))
-        between = float(np.median(np.diff(knots)))
-        return (
-            min(between, 2.0 * np.pi / (PER_PERIOD * float(self.waves.turns.max())))
-            if len(self.waves.turns)
-            else between
-        )
+        turns = self.waves.turns
+        return min(self.span, 2.0 * np.pi / (PER_PERIOD * float(turns.max()))) if len(turns) else self.span
+
+    @property
+    def span(self) -> float:
+        """Median time from knot to knot of the spline [s]."""
+        return float(np.median(np.diff(np.unique(np.asarray(self.spline.t, float)))))
 
 
 class Steady(NamedTuple):
@@ -582,8 +586,7 @@ class Steady(NamedTuple):
     @property
     def smooth(self) -> tuple[float, float]:
         """Standard deviation [rad] and correlation time [s] of the curve's error without that of its harmonics."""
-        apart = float(np.median(np.diff(np.unique(np.asarray(self.curve.spline.t, float)))))
-        return float(np.sqrt(max(self.sigma**2 - self.curve.waves.sigma**2, 0.0))), CORRELATED * apart
+        return float(np.sqrt(max(self.sigma**2 - self.curve.waves.sigma**2, 0.0))), CORRELATED * self.curve.span
 
 
 def steady(reading: Reading, motion: DriveMotion | None = None) -> Steady:

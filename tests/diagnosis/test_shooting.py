@@ -403,7 +403,7 @@ def test_phases_count_from_the_first_record_that_shows_them(short):
 
 
 def test_harmonics_of_the_drive_are_fitted_within_their_uncertainty(short):
-    """Errors of a drive that is known to 0.1 % were explained by drag in contact, beside the hidden torque."""
+    """Errors of a drive that is known to 0.1 % were explained by drag in contact, next to the hidden torque."""
     _, known = shot(short)
     waves = known.steady.curve.waves._replace(sigma=1e-4, turn_sigma=2e-3)
     curve = replace(known.steady.curve, waves=waves)
