@@ -24,6 +24,7 @@ from gears3d.diagnosis.causes import (
     Cause,
     begin,
     excluding,
+    goes_by,
     price,
 )
 from gears3d.diagnosis.path_candidates import SCORED, Scatter, carrying, fewer, frequencies, playing, scores_of
@@ -682,7 +683,7 @@ def _fits(
     for gain, one, units, by, _ in able:
         if gain < least * able[0].gain or len(made) >= most:
             break
-        if one.kind in kinds or any(is_same(one, cause) for cause in now.causes):
+        if (one.kind, goes_by(one)) in kinds or any(is_same(one, cause) for cause in now.causes):
             continue
         with suppress(InputError):
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
@@ -693,7 +694,7 @@ def _fits(
                 fit = fitted(few, fit, held=len(causes))
             fit = fitted(few, fit)
             if fit.causes[-1].possible:
-                kinds.add(one.kind)
+                kinds.add((one.kind, goes_by(one)))
                 made.append(fit)
     few.weight = first.weight
     return sorted(made, key=lambda one: float(np.sum((one.rest * few.weights(one.rest)) ** 2)))

@@ -460,8 +460,8 @@ def deviation(
 ) -> Array:
     """Return the displacement by effects of the loose gear on a flank [m].
 
-    An eccentric gear counts to first order in its offset, a single tooth by the contact of rolling gears
-    (:func:`influence`). The cache ``known`` holds the shapes at exactly these points.
+    A single tooth counts by the contact of rolling gears (:func:`influence`). The cache ``known`` holds the shapes at
+    exactly these points.
 
     drive: (n,) [rad]; loose: (n,) [rad]; flank: (n,).
 
@@ -481,11 +481,25 @@ def deviation(
         if row.code == Code.FLANK_HARMONIC:
             total = total + (p[3] if p[1] == 0 else -p[3]) * (flank == p[1]) * wave(p[0], p[2], p[4], own, known)
         elif row.code == Code.FLANK_ECCENTRIC:
-            lean = np.where(flank == 0, 1.0, -1.0) * pair.working_pressure_angle
-            total = total + p[1] * (np.sin(own + p[2] + lean) if p[0] == 0 else -np.sin(own + p[2] - lean))
+            total = total + _eccentric_deviation(pair, p[0], p[1], own + p[2], flank)
         elif row.code == Code.FLANK_TOOTH:
             total = total + _tooth_deviation(row, pair, own, flank, known)
     return total
+
+
+def _eccentric_deviation(pair: Pair, gear: float, offset: float, angle: Array, flank: Array) -> Array:
+    """Return the displacement by eccentric teeth [m]: exact, by the contact of two involutes at another distance.
+
+    The line of centres turns by an angle, and the pressure angle changes. First order: offset·sin(angle ± αw).
+
+    angle: of the offset to the line of centres [rad], (n,).
+    """
+    base = pair.drive.base_radius + pair.loose.base_radius
+    along, across = pair.centre_distance - offset * np.cos(angle), offset * np.sin(angle)
+    slope = np.sqrt(along**2 + across**2 - base**2) / base  # of the involute's unwinding: tan αw at this distance
+    before = np.tan(pair.working_pressure_angle)
+    wider = (slope - np.arctan(slope)) - (before - np.arctan(before))
+    return base * (np.where(gear == 0, 1.0, -1.0) * np.arctan2(across, along) - np.where(flank == 0, 1.0, -1.0) * wider)
 
 
 def wave(gear: float, order: float, phase: float, angle: Array, known: dict[Any, Any] | None = None) -> Array:

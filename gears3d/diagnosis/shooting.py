@@ -390,9 +390,9 @@ class Windows:
         kicks = starts.kicks if self.spread(effects) else starts.kicks[:, :0]
         flow = np.zeros((len(self), angle.shape[1] - 1 if most and len(film) else 0, 4))
         bends = any(200 < row.code < 300 for row in rows) and any(row.code == Code.GAP_SPRING for row in rows)
-        for place in (None, path) if bends else (None,):  # compliant teeth: the gear is far behind its flank
-            if place is not None:
-                flanks = self.flanks(rows, seen, loose, place=place)
+        for again in (False, True) if bends else (False,):  # compliant teeth: the gear is far behind its flank
+            if again:
+                flanks = self.flanks(rows, angle + self.turned[self.record, :1], loose, places=(path, path))
                 flanks = flanks[0], flanks[1] + self.backlash
             if len(body):
                 swing(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, body,
@@ -409,11 +409,11 @@ class Windows:
     def _moved(self, rows: Sequence[Row], sensors: Sequence[Any]) -> tuple[Any, ...]:
         """Return what all starts share: angles, errors of the drive's readings, true motion of the drive, flanks."""
         zero, turned = (self.origins + self.zeros)[self.record][:, None], self.turned[self.record]
-        angle = self.drive[0]
-        seen, loose = angle + turned[:, :1], (self.radii[0] * angle + zero) / self.radii[1] + turned[:, 1:]
+        seen = self.drive[0] + turned[:, :1]
         wrong = self.off(sensors, seen)
         drive = [own - off for own, off in zip(self.drive, wrong[1:], strict=True)] if wrong else self.drive
-        active, reverse = self.flanks(rows, seen, loose)
+        loose = (self.radii[0] * drive[0] + zero) / self.radii[1] + turned[:, 1:]
+        active, reverse = self.flanks(rows, drive[0] + turned[:, :1], loose)
         return seen, loose, zero[:, 0] / self.radii[1] + turned[:, 1], wrong, drive, (active, reverse + self.backlash)
 
     def off(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array, Array] | None:
@@ -475,11 +475,12 @@ class Windows:
 
     def flanks(
         self, rows: Sequence[Row], drive: Array, loose: Array, known: tuple[Any, Any] = (None, None),
-        place: Array | None = None,
+        places: tuple[Array, Array] | None = None,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Return the shifts of the active and the reverse flank by effects at the nodes [m], (w, n) each.
 
-        known: waves over the angles of each flank; place: displacement where it is not that of the flanks [m], (w, n).
+        known: waves over the angles of each flank; places: displacement at contact with each flank [m], (w, n); by
+        default, where the shifted flank is touched.
         """
         rows = [row for row in rows if 200 < row.code < 300]
         if not rows:
@@ -487,8 +488,10 @@ class Windows:
         made = []
         for flank, kept in enumerate(known):
             which = np.full(drive.size, flank)
-            turn = loose + (flank * self.backlash if place is None else place) / self.radii[1]
-            own = deviation(rows, self.pair, drive.ravel(), turn.ravel(), which, kept)
+            turn = (loose + (places[flank] if places else flank * self.backlash) / self.radii[1]).ravel()
+            own = deviation(rows, self.pair, drive.ravel(), turn, which, kept)
+            if not places and any(row.p[0] for row in rows):
+                own = deviation(rows, self.pair, drive.ravel(), turn + own / self.radii[1], which)
             made.append(own.reshape(drive.shape))
         return made[0], made[1]
 
@@ -632,7 +635,7 @@ class _Run(NamedTuple):
         path: at the nodes [m], (w, nodes).
         pace: rate there [m/s], (w, nodes).
         starts: from which.
-        seen: angles of both gears at the nodes, as arguments of effects, the loose one on its flank [rad].
+        seen: angles of the drive as read and of the loose gear on its flank at the nodes, for effects [rad].
         drive: true angle and speed of the drive at the nodes [rad, rad/s].
         ahead: loose gear's angle, as argument of effects, at the model's 0 [rad], (w,).
         events: of the windows, (w, most, 7).
@@ -672,7 +675,7 @@ class Linearised:
         self.spread = windows.spread(effects)
         rows = [row for effect in (*windows.effects, *effects) for row in effect.rows(windows.values)]
         self.oiled = any(row.code == Code.GAP_FILM for row in rows)
-        self.place = run.path if any(row.code == Code.GAP_SPRING for row in rows) else None
+        self.places = (run.path, run.path) if any(row.code == Code.GAP_SPRING for row in rows) else run.flanks
         self.rest = windows.rest(run.made, run.starts, self.spread)
         self.none = np.zeros(windows.drive[0].shape)
         self.waves: tuple[dict[Any, Any], dict[Any, Any]] = {}, {}
@@ -741,7 +744,8 @@ class Linearised:
                 pushed = pushed + sign * made
             if any(200 < row.code < 300 for row in rows):
                 keep = not any(by) and not any(row.code == Code.FLANK_TOOTH for row in rows)
-                moved = windows.flanks(rows, seen, loose, self.waves if keep else (None, None), self.place)
+                turned, known = seen - windows.drive[0] + run.drive[0], self.waves if keep else (None, None)
+                moved = windows.flanks(rows, turned, loose, known, self.places)
                 active, reverse = active + sign * moved[0], reverse + sign * moved[1]
             for row in rows:
                 if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.prediction import influence, over_tooth
+from gears3d.diagnosis.prediction import deviation, influence, over_tooth
+from gears3d.effects.rows import flank_eccentric
 from gears3d.gears import Gear, Pair, ToothDeviation, quasi_static
 
 SPUR = Pair.from_backlash(Gear(3e-3, 31), Gear(3e-3, 53), 2e-4)
@@ -51,3 +52,18 @@ def test_a_thicker_tooth_carries_for_longer():
     spans = [np.count_nonzero(influence(SPUR, "loose", "active", size)[1]) for size in (1e-6, 2e-5, 1e-4)]
     assert spans == sorted(spans)
     assert spans[0] < spans[-1]
+
+
+@pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
+@pytest.mark.parametrize("gear", ["drive", "loose"])
+def test_eccentric_teeth_have_the_backlash_of_their_centre_distance(pair, gear):
+    """Teeth that are off their axis mesh as those of a pair at another distance, whose line of centres has turned."""
+    offset, angle = 8e-5, np.linspace(0.0, 2.0 * np.pi, 9)
+    row = flank_eccentric(("drive", "loose").index(gear), offset, 0.4)
+    active, reverse = (deviation([row], pair, angle, angle, np.full(9, flank)) for flank in (0, 1))
+    apart = np.hypot(pair.centre_distance - offset * np.cos(angle + 0.4), offset * np.sin(angle + 0.4))
+    at = [Pair.from_centre_distance(pair.drive, pair.loose, one).backlash for one in apart]
+    np.testing.assert_allclose(reverse - active, np.array(at) - pair.backlash, atol=1e-12)
+    turned = np.arcsin(offset * np.sin(angle + 0.4) / apart) * (1.0 if gear == "drive" else -1.0)
+    base = pair.drive.base_radius + pair.loose.base_radius
+    np.testing.assert_allclose(0.5 * (active + reverse), base * turned, atol=1e-12)

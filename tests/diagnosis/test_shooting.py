@@ -337,6 +337,19 @@ def test_flanks_that_move_are_struck_as_the_power_series_has_them(rig, order):
     assert found.after < 1.5
 
 
+def test_a_wave_of_the_loose_gear_counts_at_the_angle_at_which_its_flank_is_touched(rig):
+    """The gear has turned by the wave itself when it touches, which changes the wave by 1 % here."""
+    size = 0.2 * rig.rig().backlash
+    effect = catalogue()["transmission_error"](amplitude=size, order=40, phase=0.3, gear="loose")
+    windows, _ = shot(rig, [effect])
+    windows.restart([effect], anew=True)
+    missed = np.abs(windows.residuals([effect]) * windows.sigma)
+    assert np.median(missed) < 2e-3 * size
+    run = windows.along([effect]).run
+    by = run.flanks[0] - size * np.cos(40.0 * (run.seen[1] + run.flanks[0] / windows.radii[1]) + 0.3)
+    assert np.max(np.abs(by)) < 1e-3 * size
+
+
 def test_an_error_of_an_encoder_that_moves_the_zero_is_found(short):
     values = short.rig()
     size = 0.4 * values.backlash / values.base_radius_loose
