@@ -606,13 +606,15 @@ def _within_bounds(cause: Cause, numbers: Array) -> Array:
     return kept
 
 
-def parameters(cause: Cause, covariance: Array, unsure: float = 0.0) -> dict[str, Parameter]:
+def parameters(cause: Cause, covariance: Array, unsure: float = 0.0, widths: Any = None) -> dict[str, Parameter]:
     """Return the free parameters of a cause with 95 % intervals, at least as wide as the model errs.
 
-    covariance: (p, p) [SI]; unsure: standard deviation of the size [SI] by what is not known of the rig.
+    covariance: (p, p) [SI]; unsure: standard deviation of the size [SI] by what is not known of the rig; widths:
+    factors on standard deviations below and above, of an order those of amplitude and phase, (p, 2); by default 1.
     """
     effect: Any = cause.effect
     found, sizes = {}, 2 if cause.candidate.phased else 1
+    wide = np.ones((len(cause.numbers), 2)) if widths is None else widths
     numbers, units = cause.numbers, _units(effect)
     name = cause.candidate.size
     errs = MODEL
@@ -623,22 +625,24 @@ def parameters(cause: Cause, covariance: Array, unsure: float = 0.0) -> dict[str
         toward = numbers[:2] / max(size, 1e-300)
         across = np.array([-toward[1], toward[0]])
         own = covariance[:2, :2]
-        sigma = float(np.hypot(np.sqrt(toward @ own @ toward), np.hypot(MODEL * size, unsure)))
+        sigma = np.hypot(wide[0] * np.sqrt(toward @ own @ toward), np.hypot(MODEL * size, unsure))
         found[name] = _parameter(size, sigma, units[name])
-        turn = float(np.hypot(np.sqrt(across @ own @ across) / max(size, 1e-300), MODEL))
+        turn = np.hypot(np.max(wide[1]) * np.sqrt(across @ own @ across) / max(size, 1e-300), MODEL)
         found["phase"] = _parameter(float(effect.phase), turn, units["phase"])
     else:
-        sigma = float(np.hypot(np.sqrt(covariance[0, 0]), np.hypot(errs * numbers[0], unsure)))
+        sigma = np.hypot(wide[0] * np.sqrt(covariance[0, 0]), np.hypot(errs * numbers[0], unsure))
         found[name] = _parameter(float(numbers[0]), sigma, units[name])
     for k, free in enumerate(cause.free, start=sizes):
         value = float(getattr(effect, free))
         own = float(np.sqrt(covariance[k, k])) * (abs(value) if FREE[cause.candidate.kind][free].log else 1.0)
-        found[free] = _parameter(value, float(np.hypot(own, errs * value)), units[free])
+        found[free] = _parameter(value, np.hypot(wide[k] * own, errs * value), units[free])
     return found
 
 
-def _parameter(value: float, sigma: float, unit: str) -> Parameter:
-    return Parameter(value, unit, value - 1.96 * sigma, value + 1.96 * sigma)
+def _parameter(value: float, sigma: Any, unit: str) -> Parameter:
+    """Return a number with its 95 % interval, by its standard deviation, or by those below and above it."""
+    below, above = np.broadcast_to(sigma, 2).tolist()
+    return Parameter(value, unit, value - 1.96 * below, value + 1.96 * above)
 
 
 def _units(effect: Any) -> dict[str, str]:

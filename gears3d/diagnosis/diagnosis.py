@@ -51,7 +51,7 @@ from gears3d.diagnosis.residual_tests import (
     splits,
     whole_channels,
 )
-from gears3d.diagnosis.run_information import covariance
+from gears3d.diagnosis.run_information import averaged, covariance
 from gears3d.diagnosis.search import (
     ENOUGH,
     Experiment,
@@ -431,7 +431,7 @@ def _distinguished_by_channels(found: Search, causes: Sequence[Cause], rivals_of
 
 
 def _numbers(found: Search, path: Path, first: Sequence[Cause], kept: Sequence[Cause]) -> tuple[list[Cause], Array]:
-    """Return causes with the numbers of trajectory or channels: the more precise ones, if they agree.
+    """Return causes with the numbers of the trajectory, or their average with those of channels that are more precise.
 
     Args:
         found: with the records.
@@ -448,10 +448,12 @@ def _numbers(found: Search, path: Path, first: Sequence[Cause], kept: Sequence[C
         if cause.candidate.kind != before.candidate.kind:
             causes.append(other)
             continue
-        mine, its = np.diag(path.covariance)[here], np.diag(theirs)[part]
-        near = np.all(np.abs(cause.numbers - other.numbers) < 3.0 * np.sqrt(mine + its))
-        if near and np.all(its < mine) and np.all(its > 0.0):
-            cause = other
+        wide = np.max(path.widths[here], axis=None if cause.candidate.phased else 1)
+        mine, its = path.covariance[here, here] * np.outer(wide, wide), theirs[part, part]
+        near = np.all(np.abs(cause.numbers - other.numbers) < 3.0 * np.sqrt(np.diag(mine + its)))
+        if near and np.all(np.diag(its) < np.diag(mine)) and np.all(np.diag(its) > 0.0):
+            cause, factor = averaged(cause, mine, other, its)
+            spread[part, part] *= factor
         else:
             spread[part], spread[:, part] = 0.0, 0.0
             spread[part, part] = path.covariance[here, here]

@@ -29,8 +29,10 @@ from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.path_fit import (
     BODY,
     LAWS,
+    OIL,
     RUB,
     SCATTER,
+    SOFT,
     SQUARED,
     State,
     columns_of,
@@ -63,6 +65,15 @@ BATCH = 32
 # that are fitted. Chosen on one rig with equal teeth (seed 1 of the benchmark of three causes); 16 candidates have at
 # most 2516 sets of four.
 ALIKE, NONLINEAR, POOL, SETS = 0.2, 0.02, 16, 2
+# Sizes in units at which nonlinear causes are tried: laws of contact, and an offset that keeps the gear from a flank;
+# score tests at size 0 have no power for these.
+SIZES = {
+    OIL: (0.03, 0.06, 0.12, 0.25, 0.5),
+    SOFT: (1.6, 2.5, 4.0, 6.3, 10.0, 25.0, 100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0),
+    "backlash_offset": (-0.6, -0.4, -0.25, -0.1, 0.1, 0.25, 0.5, 1.0),
+}
+# Parts of the critical damping at which compliant teeth are tried.
+TRIED_DAMPINGS = (0.05, 0.15)
 
 
 class Score(NamedTuple):
@@ -203,6 +214,36 @@ def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tupl
             causes = [begin(able[pool[k]], one) for k, one in zip(own, units, strict=True)]
             made.append((*rest, *causes))
     return made
+
+
+def at_trial_sizes(windows: Windows, law: Candidate) -> list[Cause]:
+    """Return a cause at each of the sizes at which it is tried."""
+    if law.kind != SOFT:
+        return [begin(law, np.array([size])) for size in SIZES[law.kind]]
+    mass = windows.values.inertia / windows.values.base_radius_loose**2
+    logarithm = -float(np.log(np.clip(windows.values.restitution, 0.05, 0.95)))
+    own = logarithm / float(np.hypot(np.pi, logarithm))  # damping ratio of a linear spring with the rig's restitution
+    return [
+        begin(law._replace(shape={"damping": 2.0 * damping * float(np.sqrt(size * law.unit * mass))}), np.array([size]))
+        for size in SIZES[SOFT]
+        for damping in (*TRIED_DAMPINGS, own)
+    ]
+
+
+def detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:
+    """Return the minimum detectable effect of causes of one number in addition to others, in units, by kind.
+
+    Of a cause that is present it is the smallest detectable change; values above the largest size are omitted.
+    """
+    plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*LAWS, SCATTER, SQUARED)]
+    there, at = {}, 0
+    for one in found.causes:
+        there[one.candidate.kind] = float(np.sqrt(ACCEPT_PATH * covariance[at, at])) / one.candidate.unit
+        at += len(one.numbers)
+    scores, level = scores_of(windows, [one for one in plain if one.kind not in there], found, -np.inf)
+    sizes = {one.candidate.kind: float(np.sqrt(ACCEPT_PATH * level / one.worth)) for one in scores if one.worth > 0.0}
+    kinds = {one.kind for one in plain}
+    return {kind: size for kind, size in {**sizes, **there}.items() if size < LARGEST and kind in kinds}
 
 
 def _share(own: Array, column: Array) -> float:

@@ -16,7 +16,6 @@ import numpy as np
 from gears3d.diagnosis.causes import (
     ACCEPT_PATH,
     EXCLUDED,
-    FREE,
     LARGEST,
     MODEL_ERROR,
     SMALLEST,
@@ -27,7 +26,18 @@ from gears3d.diagnosis.causes import (
     goes_by,
     price,
 )
-from gears3d.diagnosis.path_candidates import SCORED, Scatter, carrying, fewer, frequencies, playing, scores_of
+from gears3d.diagnosis.path_candidates import (
+    SCORED,
+    SIZES,
+    Scatter,
+    at_trial_sizes,
+    carrying,
+    detectable,
+    fewer,
+    frequencies,
+    playing,
+    scores_of,
+)
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     BODY,
@@ -37,7 +47,6 @@ from gears3d.diagnosis.path_fit import (
     OIL,
     ROUNDS,
     SCATTER,
-    SOFT,
     Deviations,
     State,
     added,
@@ -58,6 +67,7 @@ from gears3d.diagnosis.path_fit import (
     size_of,
     state_of,
     uncorrected,
+    widths_of,
 )
 from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
@@ -74,15 +84,6 @@ EVEN = 0.4
 # Windows that must diverge to show a cause that the others do not: fewer cannot agree significantly;
 # candidates that are fitted to these.
 FEWEST, FITTED_DIVERGING = 5, 2
-# Sizes in units at which nonlinear causes are tried: laws of contact, and an offset that keeps the gear from a flank;
-# score tests at size 0 have no power for these.
-SIZES = {
-    OIL: (0.03, 0.06, 0.12, 0.25, 0.5),
-    SOFT: (1.6, 2.5, 4.0, 6.3, 10.0, 25.0, 100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0),
-    "backlash_offset": (-0.6, -0.4, -0.25, -0.1, 0.1, 0.25, 0.5, 1.0),
-}
-# Parts of the critical damping at which compliant teeth are tried.
-DAMPINGS = (0.05, 0.15)
 # Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most.
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
 # Candidates that are fitted in a forward step, and with a law of contact, where a run takes several times as long.
@@ -107,6 +108,7 @@ class Path(NamedTuple):
     Args:
         causes: with their numbers.
         covariance: of all numbers, in the order of the causes [SI], (p, p).
+        widths: factors on their standard deviations, below and above, by the profile of chi-square, (p, 2).
         gains: fall of chi-square, over its level, by each cause in the drop-one test, (c,).
         before: median mean square of a window's residuals without causes.
         after: with them.
@@ -122,6 +124,7 @@ class Path(NamedTuple):
 
     causes: tuple[Cause, ...]
     covariance: Array
+    widths: Array
     gains: Array
     before: float
     after: float
@@ -133,6 +136,12 @@ class Path(NamedTuple):
     scatter: Scatter | None = None
     unsure: float = 0.0
     deviations: Deviations | None = None
+
+    def widths_of(self, cause: Cause) -> Array | None:
+        """Return the widths of one of the causes; ``None`` of another, or of one with other numbers."""
+        at = np.cumsum([0, *(len(one.numbers) for one in self.causes)])
+        k = next((k for k, one in enumerate(self.causes) if one is cause), None)
+        return None if k is None else self.widths[at[k] : at[k + 1]]
 
 
 class Against(NamedTuple):
@@ -164,6 +173,7 @@ def path_search(
     base = polished(windows, _opened(windows), thorough=True)
     found = _selected(windows, known, base, lambda part: progress(0.5 * part))
     base, found = _with_own_noise(windows, known, base, found)
+    found = _by_law(windows, known, base, found)
     found, less, instead = _exchanged(windows, known, base, found, lambda part: progress(0.5 + 0.5 * part))
     gains = [gain_of(windows, one, found)[0] for one in less]
     others = []
@@ -178,10 +188,11 @@ def path_search(
     restore(windows, found)
     usual, covariance = windows.level(windows.missed(effects_of(found.causes))), covariance_of(windows, found)
     made = Path(
-        found.causes, covariance, np.array(gains), float(np.median(windows.level(base.rest))),
-        float(np.median(level)), float(np.mean(level > FAR * max(float(np.median(level)), 1.0))),
+        found.causes, covariance, widths_of(windows, found, covariance), np.array(gains),
+        float(np.median(windows.level(base.rest))), float(np.median(level)),
+        float(np.mean(level > FAR * max(float(np.median(level)), 1.0))),
         float(np.sqrt(np.median(usual))), len(windows), tuple(others),
-        _detectable(windows, known, found, covariance), unsure=unsure, deviations=deviations(windows, found.causes),
+        detectable(windows, known, found, covariance), unsure=unsure, deviations=deviations(windows, found.causes),
     )  # fmt: skip
     return _scatter_separated(made)
 
@@ -202,7 +213,7 @@ def _scatter_separated(path: Path) -> Path:
     covariance = np.delete(np.delete(path.covariance, at, axis=0), at, axis=1)
     return path._replace(
         causes=path.causes[:k] + path.causes[k + 1 :], others=path.others[:k] + path.others[k + 1 :],
-        covariance=covariance, gains=np.delete(path.gains, k),
+        covariance=covariance, widths=np.delete(path.widths, at, axis=0), gains=np.delete(path.gains, k),
         scatter=Scatter(value, sigma, float(path.gains[k]), 1.0, 0.0),
     )  # fmt: skip
 
@@ -255,22 +266,6 @@ def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[fl
         return None
     finally:
         restore(windows, before)
-
-
-def _detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:
-    """Return the minimum detectable effect of causes of one number in addition to others, in units, by kind.
-
-    Of a cause that is present it is the smallest detectable change; values above the largest size are omitted.
-    """
-    plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*FREE, *LAWS, SCATTER)]
-    there, at = {}, 0
-    for one in found.causes:
-        there[one.candidate.kind] = float(np.sqrt(ACCEPT_PATH * covariance[at, at])) / one.candidate.unit
-        at += len(one.numbers)
-    scores, level = scores_of(windows, [one for one in plain if one.kind not in there], found, -np.inf)
-    sizes = {one.candidate.kind: float(np.sqrt(ACCEPT_PATH * level / one.worth)) for one in scores if one.worth > 0.0}
-    kinds = {one.kind for one in plain}
-    return {kind: size for kind, size in {**sizes, **there}.items() if size < LARGEST and kind in kinds}
 
 
 def _opened(windows: Windows) -> State:
@@ -328,6 +323,24 @@ def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, f
         found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)), thorough=True)
         found = _forward(windows, known, base, _backward(windows, base, found), lambda part: None)
     return base, found
+
+
+def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State:
+    """Return the state of a search that begins with a law of contact, where that explains as much more simply, or more.
+
+    It is tried where causes leave more than noise, or need a motion of the drive that its readings exclude: errors of
+    its encoder may stand for an oil film.
+    """
+    level, there = float(np.median(windows.level(found.rest))), any(one.candidate.kind in LAWS for one in found.causes)
+    if there or not found.causes or max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) < 1.0:
+        return found
+    few, _, first = _sampled(windows, base)
+    tries = _at_sizes(few, known, first, first, ACCEPT_PATH * len(few) / len(windows))
+    tries = [_whole(windows, base, few, one) for one in tries]
+    if (best := _simplest(windows, base, [one for one in tries if _is_accepted(windows, base, base, one)])) is not None:
+        best = _simplest(windows, base, [found, _forward(windows, known, base, best, lambda part: None)])
+    restore(windows, best or found)
+    return best or found
 
 
 def _with_second_body(windows: Windows, known: Sequence[Candidate], turns: Sequence[float], base: State) -> State:
@@ -708,7 +721,7 @@ def _at_sizes(windows: Windows, known: Sequence[Candidate], now: State, start: S
         restore(windows, start)
         few, mine = windows.some(SCORED // 2)
         zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
-        for cause in _at_trial_sizes(windows, law):
+        for cause in at_trial_sizes(windows, law):
             effects = [*effects_of(start.causes), cause.effect]
             few.zeros, few.turned, before = zeros.copy(), start.turned.copy(), now.rest[mine[: len(now.rest)]]
             for _ in range(2):  # oil or compliant teeth shift the datum that rigid dry flanks have
@@ -740,7 +753,7 @@ def _of_diverging(windows: Windows, known: Sequence[Candidate], base: State, now
     level = windows.level(now.rest)
     usual = float(np.median(level))
     far = np.flatnonzero(level > FAR * max(usual, 1.0))
-    if len(far) < FEWEST or usual > ACCOUNTS or any(one.candidate.kind in LAWS for one in now.causes):
+    if len(far) < FEWEST or usual > ACCOUNTS:
         return None
     known = [one for one in known if one.kind not in LAWS]
     restore(windows, now)
@@ -757,20 +770,6 @@ def _of_diverging(windows: Windows, known: Sequence[Candidate], base: State, now
     best = [one for one in _not_excluded(part, first, tries)[1] if len(one.causes) > len(now.causes)]
     best = [_whole(windows, now, part, added(now, one, int(part.record[0]))) for one in best]
     return _simplest(windows, now, [one for one in best if _is_accepted(windows, base, now, one)])
-
-
-def _at_trial_sizes(windows: Windows, law: Candidate) -> list[Cause]:
-    """Return a cause at each of the sizes at which it is tried."""
-    if law.kind != SOFT:
-        return [begin(law, np.array([size])) for size in SIZES[law.kind]]
-    mass = windows.values.inertia / windows.values.base_radius_loose**2
-    logarithm = -float(np.log(np.clip(windows.values.restitution, 0.05, 0.95)))
-    own = logarithm / float(np.hypot(np.pi, logarithm))  # damping ratio of a linear spring with the rig's restitution
-    return [
-        begin(law._replace(shape={"damping": 2.0 * damping * float(np.sqrt(size * law.unit * mass))}), np.array([size]))
-        for size in SIZES[SOFT]
-        for damping in (*DAMPINGS, own)
-    ]
 
 
 def _with_body_at(

@@ -118,6 +118,22 @@ def covariance(records: Sequence[Evidence], causes: Sequence[Cause]) -> Array:
     return combined([information(one, causes) for one in records]) * np.outer(units, units)
 
 
+def averaged(one: Cause, mine: Array, other: Cause, its: Array) -> tuple[Cause, float]:
+    """Return a cause with the average of its numbers and another's, and the factor on the covariance of the other.
+
+    Its variance is at least that of the other, and larger where they differ by more than their errors. Source:
+    Particle Data Group, Review of Particle Physics, 5.2.2 (scale factor).
+
+    mine, its: covariance of both [SI], (p, p).
+    """
+    units = np.outer(one.units, one.units)
+    first, second, off = mine / units, its / units, (other.numbers - one.numbers) / one.units
+    share = first @ np.linalg.pinv(first + second, hermitian=True)  # of the other
+    scale = max(float(off @ np.linalg.pinv(first + second, hermitian=True) @ off) / len(off), 1.0)
+    narrower = float(np.max(np.diag(share @ second) / np.diag(second)))
+    return one._replace(numbers=one.numbers + one.units * (share @ off)), max(scale * narrower, 1.0)
+
+
 def _zeros(one: Evidence, effects: Sequence[object], own: Array) -> Array:
     """Return the response of a record to its angular datums, orthonormal, (0 to 2, n)."""
     moves = slopes_of_datums(one, effects, own, [gear for gear in one.unmarked if not has_original_datum(one, gear)])

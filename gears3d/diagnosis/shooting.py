@@ -403,7 +403,7 @@ class Windows:
         made = np.zeros(len(self.window))
         read(path, pace, self.step, self.window, self.node, self.beyond, made)
         made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, path)
-        about = made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts, flanks, flow
+        about = made, path, pace, starts, (seen, loose), (angle, speed, rate), ahead, events, counts, flanks, flow
         return _Run(*about, twist, body)
 
     def _moved(self, rows: Sequence[Row], sensors: Sequence[Any]) -> tuple[Any, ...]:
@@ -479,8 +479,7 @@ class Windows:
     ) -> tuple[Array, Array]:  # fmt: skip
         """Return the shifts of the active and the reverse flank by effects at the nodes [m], (w, n) each.
 
-        known: waves over the angles of each flank; places: displacement at contact with each flank [m], (w, n); by
-        default, where the shifted flank is touched.
+        known: waves over the angles of each flank; places: displacement there, else where it is touched [m], (w, n).
         """
         rows = [row for row in rows if 200 < row.code < 300]
         if not rows:
@@ -551,9 +550,7 @@ class Windows:
         none = np.zeros(len(self))
         tried = [at_rest(none, none, mode) for mode in (1, 2)]
         now = self._run(effects, self.starts)
-        wrong = self.off([one for one in (*self.effects, *effects) if hasattr(one, "observe")], now.seen[0])
-        driven = self.drive[2] if wrong is None else self.drive[2] - wrong[3]
-        fall = -self.lever * self.values.drag_torque - self.radii[0] * driven
+        fall = -self.lever * self.values.drag_torque - self.radii[0] * now.drive[2]
         step = self.step[:, None]
         rate = np.concatenate([none[:, None], np.cumsum(0.5 * (fall[:, 1:] + fall[:, :-1]), axis=1) * step], axis=1)
         pulled = np.concatenate([none[:, None], np.cumsum(0.5 * (rate[:, 1:] + rate[:, :-1]), axis=1) * step], axis=1)
@@ -636,7 +633,7 @@ class _Run(NamedTuple):
         pace: rate there [m/s], (w, nodes).
         starts: from which.
         seen: angles of the drive as read and of the loose gear on its flank at the nodes, for effects [rad].
-        drive: true angle and speed of the drive at the nodes [rad, rad/s].
+        drive: true angle of the drive at the nodes [rad], and two derivatives.
         ahead: loose gear's angle, as argument of effects, at the model's 0 [rad], (w,).
         events: of the windows, (w, most, 7).
         counts: how many, (w,).
@@ -651,7 +648,7 @@ class _Run(NamedTuple):
     pace: Array
     starts: Starts
     seen: tuple[Array, Array]
-    drive: tuple[Array, Array]
+    drive: tuple[Array, Array, Array]
     ahead: Array
     events: Array
     counts: Array
@@ -739,13 +736,13 @@ class Linearised:
             seen, loose = (own + more if more else own for own, more in zip(run.seen, by, strict=True))
             if any(100 < row.code < 200 for row in rows):
                 made, about = np.empty_like(self.none), np.array([*windows.radii, windows.lever])
-                slowing(windows.begin, windows.step, *run.drive, about, run.ahead + by[1], torques_of(rows), run.path,
-                        run.pace, made)  # fmt: skip
+                slowing(windows.begin, windows.step, *run.drive[:2], about, run.ahead + by[1], torques_of(rows),
+                        run.path, run.pace, made)  # fmt: skip
                 pushed = pushed + sign * made
             if any(200 < row.code < 300 for row in rows):
                 keep = not any(by) and not any(row.code == Code.FLANK_TOOTH for row in rows)
-                turned, known = seen - windows.drive[0] + run.drive[0], self.waves if keep else (None, None)
-                moved = windows.flanks(rows, turned, loose, known, self.places)
+                angle, known = seen - windows.drive[0] + run.drive[0], self.waves if keep else (None, None)
+                moved = windows.flanks(rows, angle, loose, known, self.places)
                 active, reverse = active + sign * moved[0], reverse + sign * moved[1]
             for row in rows:
                 if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:

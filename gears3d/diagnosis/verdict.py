@@ -134,7 +134,8 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
             text = evidence_sentence(found, cause, less.rest, gain)
         alternatives = tuple(open_hypothesis(one) for one in others[k] if not one.excluded)
         excluded = tuple(excluded_hypothesis(one) for one in others[k] if one.excluded)
-        numbers = parameters(cause, known[own, own], _unsure(found.records, cause))
+        wide = None if path is None else path.widths_of(cause)
+        numbers = parameters(cause, known[own, own], _unsure(found.records, cause), wide)
         written, zero = table(effect, numbers), reference_record(found.records, effect)
         if zero and zero != found.records[0].name:
             numbers.pop("phase", None)

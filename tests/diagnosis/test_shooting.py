@@ -11,7 +11,9 @@ from gears3d.diagnosis.causes import Candidate, begin, candidates
 from gears3d.diagnosis.diagnosis import PARTED
 from gears3d.diagnosis.path_candidates import fewer, scores_of
 from gears3d.diagnosis.path_fit import (
+    WIDEST,
     WithoutNuisances,
+    covariance_of,
     effects_of,
     fitted,
     polished,
@@ -20,6 +22,7 @@ from gears3d.diagnosis.path_fit import (
     rezeroed,
     settled,
     state_of,
+    widths_of,
 )
 from gears3d.diagnosis.path_search import against, path_search
 from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
@@ -603,6 +606,32 @@ def test_readings_under_flicker_are_made_white(rig):
     windows.coloured([])
     assert np.median(windows.level(windows.residuals([]))) < 0.05 * white
     assert windows.runs(windows.residuals([])) < 0.25 * windows.runs(left)
+
+
+def test_an_interval_is_as_wide_as_chi_square_is_flat():
+    """More drag than keeps the gear on its flank fits as well; less does not."""
+    still = load(RIG, {"run.duration": "2 s", "run.settle": "0 s", "drag.torque": "3.5 N m"})
+    windows, _ = shot(still)
+    known = next(one for one in known_of(still, windows) if one.kind == "drag_coulomb")
+    windows.restart((), anew=True)
+    cause = begin(known, np.array([0.1]))
+    now = state_of(windows, (cause,), windows.residuals(effects_of([cause])))
+    below, above = widths_of(windows, now, np.array([[0.4**2]]))[0]
+    threshold = still.rig().inertia * (20.0 / 30.0 * np.pi) * 2.0 * np.pi * 3.0
+    excess = 3.5 + cause.numbers[0] - threshold
+    assert 0.4 * 2.0 * below == pytest.approx(excess, rel=0.2)
+    assert above == WIDEST
+
+
+def test_the_profile_of_a_cause_that_moves_the_path_straight_is_a_parabola(short):
+    windows, _ = shot(short)
+    windows.restart((), anew=True)
+    known = next(one for one in known_of(short, windows) if one.kind == "drag_viscous")
+    cause = begin(known, np.array([0.02]))
+    now = fitted(windows, state_of(windows, (cause,), windows.residuals(effects_of([cause]))))
+    below, above = widths_of(windows, now, covariance_of(windows, now))[0]
+    assert below == pytest.approx(above, rel=0.2)
+    assert below < 4.0
 
 
 def test_a_cause_that_was_found_otherwise_and_is_not_there_leaves_the_path_off(short):
