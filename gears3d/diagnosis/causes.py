@@ -32,11 +32,11 @@ SHOWS = {
 }
 # Rows without a regressor: the force on a flank and the scatter of impacts are not in the evidence.
 WITHOUT_REGRESSOR = {Code.TORQUE_FRICTION, Code.IMPACT_SCATTER}
-# Sizes in units at which regressors are computed: of most effects, and of effects that delay contact loss, whose
-# response is quadratic.
+# Sizes in units at which regressors are computed: usual, and of effects that delay contact loss, whose response bends.
 SMALL_SIZE, DELAYING_SIZE = 0.01, 0.2
-# Drag that defines the units of torques for a rig without any, relative to the inertia of the loose gear [1/s²].
-LEAST_DRAG = 1e-3
+# Drag that defines units of torques for a rig without any, relative to the inertia of the loose gear [1/s²]; largest
+# part of a rig's dry drag that a cause may remove: without drag, windows are flights that many causes resemble.
+LEAST_DRAG, MOST_DRAG = 1e-3, 0.95
 # Tables of the evidence with the points of each channel.
 CHANNEL_TABLES = {"flight": "flights", "contact": "contacts", "impact": "impacts", "loss": "losses", "drive": "drive"}
 # Chi-square that a deviation must gain to be assigned to one flank only.
@@ -445,9 +445,9 @@ class Cause(NamedTuple):
 
     @property
     def possible(self) -> bool:
-        """Whether the catalogue admits all numbers: no drag drives a gear."""
-        effect: Any = self.effect
-        if effect is None:
+        """Whether the catalogue admits all numbers: no drag drives a gear, and some dry drag is left."""
+        effect, least = self.effect, -MOST_DRAG * self.candidate.unit
+        if effect is None or (self.candidate.kind == "drag_coulomb" and self.numbers[0] <= least):
             return False
         values = ((getattr(effect, name), one) for name, one in effect.params.items())
         return all(one.low <= value <= one.high for value, one in values if isinstance(value, int | float))
@@ -563,13 +563,13 @@ def moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]
     for cause in causes:
         step = by[at : at + len(cause.numbers)]
         at += len(step)
-        numbers = _within_bounds(cause, cause.numbers + step)
+        numbers = within_bounds(cause, cause.numbers + step)
         if cause.candidate.kind == "drag_power" and cause.free:
             before, after = np.exp(cause.numbers[1]), np.exp(numbers[1])
             numbers[0] += cause.numbers[0] * np.log(pivot) * before * step[1]
             numbers[0] *= pivot ** (before - after)
         if cause.candidate.kind == "drag_differential" and cause.free and numbers[0] != 0.0:
-            numbers = _within_bounds(
+            numbers = within_bounds(
                 cause, np.array([numbers[0], cause.numbers[1] + step[1] * cause.numbers[0] / numbers[0]])
             )
         if cause.candidate.kind == "carried_inertia":
@@ -596,11 +596,12 @@ def _swinging(cause: Cause, step: Array) -> Array:
     return np.array([inertia, squared - np.log(1.0 / cause.candidate.unit + 1.0 / inertia)])
 
 
-def _within_bounds(cause: Cause, numbers: Array) -> Array:
-    """Return numbers with those of the shape clipped to their bounds."""
-    bends = [FREE[cause.candidate.kind][name] for name in cause.free]
-    kept = numbers.copy()
-    for k, bend in enumerate(bends, start=len(numbers) - len(bends)):
+def within_bounds(cause: Cause, numbers: Array) -> Array:
+    """Return numbers clipped to their bounds: of the shape, and of a drag that must not drive the gear."""
+    kept, first = numbers.copy(), len(numbers) - len(cause.free)
+    if cause.candidate.kind == "drag_coulomb":
+        kept[0] = max(kept[0], -MOST_DRAG * cause.candidate.unit)
+    for k, bend in enumerate((FREE[cause.candidate.kind][name] for name in cause.free), start=first):
         ends = (np.log(bend.low), np.log(bend.high)) if bend.log else (bend.low, bend.high)
         kept[k] = np.clip(numbers[k], *ends)
     return kept

@@ -26,6 +26,7 @@ from gears3d.diagnosis.causes import (
     goes_by,
     moved,
     swings,
+    within_bounds,
 )
 from gears3d.diagnosis.evidence import orthonormal
 from gears3d.diagnosis.prediction import GEARS
@@ -605,7 +606,7 @@ def scanned(windows: Windows, now: State) -> State:
             numbers = last.numbers * sizes
             if last.candidate.kind == SOFT and last.free:  # at constant restitution
                 numbers[1] += 0.5 * np.log(factor)
-            causes = (*now.causes[:-1], last._replace(numbers=numbers))
+            causes = (*now.causes[:-1], last._replace(numbers=within_bounds(last, numbers)))
             with suppress(InputError):
                 effects = effects_of(causes)
                 windows.restart(effects)
@@ -716,7 +717,7 @@ def scattering(windows: Windows, known: Sequence[Candidate], now: State, least: 
     for _ in range(SPREADS):
         rest = followed(windows, effects_of(best.causes), best.rest)
         best = with_spread(windows, fitted(windows, state_of(windows, best.causes, rest)))
-    return [best]
+    return [polished(windows, best, thorough=True)]
 
 
 def _promised(windows: Windows, now: State) -> float:
@@ -762,8 +763,8 @@ def covariance_of(windows: Windows, now: State) -> Array:
 def widths_of(windows: Windows, now: State, covariance: Array) -> Array:
     """Return factors on the standard deviation of each number, below and above, by the profile of chi-square, (p, 2).
 
-    Far from its minimum chi-square is not quadratic: torques that keep the gear on its flank all fit equally. Of an order
-    the directions are its amplitude and its phase.
+    Far from its minimum chi-square is not quadratic: torques that keep the gear on its flank all fit equally. The
+    directions of an order are its amplitude and phase.
     """
     made, at = [], 0
     for k, cause in enumerate(now.causes):

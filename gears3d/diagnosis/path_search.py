@@ -47,6 +47,7 @@ from gears3d.diagnosis.path_fit import (
     OIL,
     ROUNDS,
     SCATTER,
+    SOFT,
     Deviations,
     State,
     added,
@@ -69,6 +70,7 @@ from gears3d.diagnosis.path_fit import (
     uncorrected,
     widths_of,
 )
+from gears3d.diagnosis.prediction import restitution, unclipped
 from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.effects import SensorEffect
@@ -194,7 +196,9 @@ def path_search(
         float(np.sqrt(np.median(usual))), len(windows), tuple(others),
         detectable(windows, known, found, covariance), unsure=unsure, deviations=deviations(windows, found.causes),
     )  # fmt: skip
-    return _scatter_separated(made)
+    rows = [row for one in found.causes if one.effect is not None for row in one.effect.rows(windows.values)]
+    mean = float(restitution([*windows.base, *rows], windows.values.restitution, np.zeros(1), np.zeros(1))[0])
+    return _scatter_separated(made, mean)
 
 
 def _by_motion(windows: Windows, states: Sequence[State]) -> float:
@@ -202,14 +206,15 @@ def _by_motion(windows: Windows, states: Sequence[State]) -> float:
     return max(fall_of(windows, uncorrected(windows, one), one.rest)[0] for one in states)
 
 
-def _scatter_separated(path: Path) -> Path:
-    """Return a path with the scatter of restitution as an attribute of its own, not among the causes."""
+def _scatter_separated(path: Path, mean: float) -> Path:
+    """Return a path with the scatter of restitution, given its mean, as an attribute of its own, not as a cause."""
     kinds = [one.candidate.kind for one in path.causes]
     if SCATTER not in kinds:
         return path
     k = kinds.index(SCATTER)
     at = sum(len(one.numbers) for one in path.causes[:k])
-    value, sigma = float(path.causes[k].numbers[0]), float(np.sqrt(path.covariance[at, at]))
+    value, slope = unclipped(float(path.causes[k].numbers[0]), mean)
+    sigma = slope * float(np.sqrt(path.covariance[at, at]))
     covariance = np.delete(np.delete(path.covariance, at, axis=0), at, axis=1)
     return path._replace(
         causes=path.causes[:k] + path.causes[k + 1 :], others=path.others[:k] + path.others[k + 1 :],
@@ -328,8 +333,7 @@ def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, f
 def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State:
     """Return the state of a search that begins with a law of contact, where that explains as much more simply, or more.
 
-    It is tried where causes leave more than noise, or need a motion of the drive that its readings exclude: errors of
-    its encoder may stand for an oil film.
+    It is tried where causes leave more than noise, or need a motion of the drive that its readings exclude.
     """
     level, there = float(np.median(windows.level(found.rest))), any(one.candidate.kind in LAWS for one in found.causes)
     if there or not found.causes or max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) < 1.0:
@@ -406,9 +410,7 @@ def _forward(
             root = _part(few, mine, base)
             for start in (first, root) if now.causes else (first,):  # a law may replace several causes
                 tries += _at_sizes(few, known, first, start, least)
-        for one in scattering(few, known, first, enough):
-            restore(few, one)
-            tries.append(polished(few, one, thorough=True))
+        tries += scattering(few, known, first, enough)
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
         best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
@@ -446,15 +448,16 @@ def _exchanged(
             progress((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
             restore(windows, found)
             less.append(polished(windows, fitted(windows, _without(found, k)), thorough=True))
-            own, excluded = [], []
-            if cause.candidate.kind not in (*LAWS, SCATTER):
+            (own, excluded), kind = ([], []), cause.candidate.kind
+            if kind not in (BODY, SCATTER):
                 few, mine, first = _sampled(windows, found)
                 plain = _part(few, mine, less[-1])
                 gain = gain_of(few, plain, first)[0]
-                least, tries = _least(few, gain, first.rest), _tries(windows, few, known, first, found, k)
-                for one in scattering(few, known, plain, LIKE * gain):
-                    restore(few, one)
-                    tries.append(polished(few, one, thorough=True))
+                least = _least(few, gain, first.rest)
+                laws = [one for one in known if kind in LAWS and one.kind in {OIL, SOFT} - {kind}]
+                tries = _at_sizes(few, laws, plain, plain, ACCEPT_PATH)
+                if kind not in LAWS:
+                    tries = _tries(windows, few, known, first, found, k) + scattering(few, known, plain, LIKE * gain)
                 for one in tries:
                     if (rival := _rival(few, one, first, least)).excluded:
                         more = len(windows) / len(few)
@@ -498,8 +501,9 @@ def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: Sta
 
 
 def _is_accepted(windows: Windows, base: State, less: State, more: State) -> bool:
-    """Return whether the last cause is accepted: by its size and its gain."""
-    return SMALLEST < size_of(windows, more.causes[-1]) < LARGEST and _is_significant(windows, base, less, more)
+    """Return whether the last cause is accepted: by its size and its gain, with causes that a rig can have."""
+    able = SMALLEST < size_of(windows, more.causes[-1]) < LARGEST and all(one.possible for one in more.causes)
+    return able and _is_significant(windows, base, less, more)
 
 
 def _is_significant(windows: Windows, base: State, less: State, more: State) -> bool:
@@ -634,11 +638,7 @@ def _part(few: Windows, mine: Array, now: State) -> State:
 def _whole(windows: Windows, now: State, few: Windows, one: State) -> State:
     """Return a state that was fitted in a sample of windows in all of them.
 
-    Args:
-        windows: all.
-        now: their present state, whose starts are taken where the sample has none.
-        few: sample.
-        one: state in it.
+    windows: all; now: their state, whose starts are taken where the sample has none; few: sample; one: state in it.
     """
     if few is windows:
         return one
@@ -731,7 +731,7 @@ def _at_sizes(windows: Windows, known: Sequence[Candidate], now: State, start: S
                     own = few.record[few.window] == k
                     few.zeros[k] += float(np.median(missed[own])) if np.any(own) else 0.0
             one = state_of(few, (*start.causes, cause), few.residuals(effects))
-            if law.kind == OIL and start.causes:  # a wrong backlash or drag stood for a part of it
+            if law.kind in LAWS and start.causes:  # a wrong backlash or drag stood for a part of it
                 one = fitted(few, one, 2)
             if (gain := fall_of(few, before, one.rest)[0]) > most:
                 most, best = gain, one

@@ -14,6 +14,8 @@ from math import atan2, cos, pi, sin, sqrt
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.special import ndtri
 
 from gears3d.diagnosis.channels import Losses
 from gears3d.diagnosis.evidence import (
@@ -151,6 +153,26 @@ def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) ->
         elif row.code == Code.IMPACT_FLANK:
             e = e + np.where(flank == 0, 0.5, -0.5) * row.p[0]
     return np.clip(e, 0.0, 1.0)
+
+
+def unclipped(spread: float, mean: float) -> tuple[float, float]:
+    """Return the standard deviation of a restitution that is clipped to 0 to 1, and its slope over the clipped one.
+
+    spread: root mean square deviation from the mean after clipping; mean: before it.
+
+    >>> [round(one, 3) for one in unclipped(0.05, 0.5)]
+    [0.05, 1.0]
+    """
+    chance = ndtri((np.arange(1000) + 0.5) / 1000.0)
+    chance /= np.std(chance)
+
+    def clipped(size: float) -> float:
+        return float(np.sqrt(np.mean((np.clip(mean + size * chance, 0.0, 1.0) - mean) ** 2)))
+
+    most = 10.0  # nearly all impacts are clipped
+    found: Any = brentq(lambda one: clipped(one) - spread, 0.0, most) if spread < clipped(most) else most
+    size, step = float(found), 1e-3 * float(found)
+    return size, step / max(clipped(size + 0.5 * step) - clipped(size - 0.5 * step), 1e-3 * step)
 
 
 def _flight_base(one: Evidence) -> Array:

@@ -16,6 +16,7 @@ from gears3d.diagnosis.contact_law import (
 from gears3d.effects import catalogue
 from gears3d.measured.segmentation import path_of
 from gears3d.views.pages.diagnosed import render
+from tests.diagnosis.blind import cases, play
 from tests.diagnosis.test_gap_laws import hidden, judged
 
 
@@ -55,3 +56,19 @@ def test_no_law_is_named_for_what_is_unknown(tmp_path, unknown):
     found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", (unknown,), 20, noise=0.015))
     assert not {"oil_film", "tooth_compliance", "mesh_friction"} & {one.kind for one in found.causes}
     assert not score["wrong_names"], found.to_dict()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "kinds"),
+    [
+        (334, {"backlash_offset", "oil_film"}),  # errors of the encoder of the drive stood for both
+        (338, {"backlash_offset", "oil_film"}),  # only windows that diverge show the first
+        (346, {"eccentricity", "tooth_compliance"}),  # a film of oil stood for the second
+    ],
+)
+def test_a_law_of_contact_with_others_is_named_anywhere(seed, kinds):
+    """Rigs of the whole operating space; a third cause of each is below what its records show, or nearly."""
+    told = play(next(iter(cases("space3", seed, 1))))
+    assert set(told["kinds_right"]) == kinds
+    assert told["wrong_names"] == []

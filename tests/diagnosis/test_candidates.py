@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import causes as module
-from gears3d.diagnosis.causes import FREE, candidates
+from gears3d.diagnosis.causes import FREE, MOST_DRAG, begin, candidates, moved
 from gears3d.effects import Gate, Param, Refined, Rig, catalogue, torque_linear, torque_power
 
 RIG = Rig(0.148, 0.13, 0.0695, 0.22, 250e-6, 0.3, 3.0, 9, 7, face_width=0.02)
@@ -82,3 +82,14 @@ def test_shapes_that_are_refined_are_those_of_the_effects():
     assert FREE["drag_power"]["exponent"] == (0.2, 4.0, True)
     assert FREE["mesh_drag"] == {}
     assert "transmission_error" not in FREE
+
+
+def test_some_of_the_dry_drag_is_left():
+    """Without drag a gear flies as its starts have it, and any law of contact that lets it float fits, too."""
+    drag = next(one for one in candidates(RIG, 5.0, 3) if one.kind == "drag_coulomb")
+    assert drag.unit == RIG.drag_torque
+    half = begin(drag, np.array([-0.5]))
+    assert half.possible
+    (gone,) = moved([half], np.array([-0.6 * drag.unit]), 1.0)
+    assert gone.numbers[0] == -MOST_DRAG * drag.unit
+    assert not gone.possible

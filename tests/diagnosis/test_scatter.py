@@ -11,6 +11,7 @@ from gears3d.diagnosis import Search, uncut
 from gears3d.diagnosis.channels import CensoredImpacts
 from gears3d.diagnosis.path_candidates import Rebounds, rebounds, scatter, with_own_noise, working
 from gears3d.diagnosis.path_fit import Deviations
+from gears3d.diagnosis.prediction import unclipped
 from gears3d.diagnosis.residual_patterns import autocorrelation
 from gears3d.diagnosis.validity import own_scatter, scatter_patterns
 from gears3d.verification.challenge import plan
@@ -146,3 +147,14 @@ def test_restitution_that_depends_on_an_angle_does_not_scatter():
     assert told[0].name in ("impact.tooth", "impact.order_loose")
     orders = {one.name: one.where for one in scatter_patterns(_deviations(1, 0.05, 17.0), 40)}
     assert orders["impact.order_loose"] == pytest.approx(17.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("mean", "size"), [(0.76, 0.35), (0.3, 0.1), (0.05, 0.2)])
+def test_the_scatter_before_clipping_follows_from_that_after_it(mean, size):
+    """No impact rebounds at more than the speed of approach, nor into the flank."""
+    seen = np.clip(np.random.default_rng(4).normal(mean, size, 400_000), 0.0, 1.0)
+    spread = float(np.sqrt(np.mean((seen - mean) ** 2)))
+    found, slope = unclipped(spread, mean)
+    assert found == pytest.approx(size, rel=0.01)
+    assert slope == pytest.approx((unclipped(1.01 * spread, mean)[0] - found) / (0.01 * spread), rel=0.05)
+    assert slope > 0.99
