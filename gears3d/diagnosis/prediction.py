@@ -518,9 +518,9 @@ def _eccentric_deviation(pair: Pair, gear: float, offset: float, angle: Array, f
     """
     base = pair.drive.base_radius + pair.loose.base_radius
     along, across = pair.centre_distance - offset * np.cos(angle), offset * np.sin(angle)
-    slope = np.sqrt(along**2 + across**2 - base**2) / base  # of the involute's unwinding: tan αw at this distance
+    unwound = np.sqrt(np.maximum(along**2 + across**2 - base**2, 0.0)) / base  # tan αw at this distance
     before = np.tan(pair.working_pressure_angle)
-    wider = (slope - np.arctan(slope)) - (before - np.arctan(before))
+    wider = (unwound - np.arctan(unwound)) - (before - np.arctan(before))
     return base * (np.where(gear == 0, 1.0, -1.0) * np.arctan2(across, along) - np.where(flank == 0, 1.0, -1.0) * wider)
 
 
