@@ -501,8 +501,8 @@ def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: Sta
 
 
 def _is_accepted(windows: Windows, base: State, less: State, more: State) -> bool:
-    """Return whether the last cause is accepted: by its size and its gain, with causes that a rig can have."""
-    able = SMALLEST < size_of(windows, more.causes[-1]) < LARGEST and all(one.possible for one in more.causes)
+    """Return whether the last cause is accepted: by its size, which a rig can have, and its gain."""
+    able = more.causes[-1].possible and SMALLEST < size_of(windows, more.causes[-1]) < LARGEST
     return able and _is_significant(windows, base, less, more)
 
 
