@@ -35,7 +35,7 @@ WITHOUT_REGRESSOR = {Code.TORQUE_FRICTION, Code.IMPACT_SCATTER}
 # Sizes in units at which regressors are computed: usual, and of effects that delay contact loss, whose response bends.
 SMALL_SIZE, DELAYING_SIZE = 0.01, 0.2
 # Drag that defines units of torques for a rig without any, relative to the inertia of the loose gear [1/s²]; largest
-# part of a rig's dry drag that a cause may remove: without drag, windows are flights that many causes resemble.
+# part of a rig's dry drag that a cause may remove: 99.5 % stood for compliant teeth in a blind test (space3, 346).
 LEAST_DRAG, MOST_DRAG = 1e-3, 0.95
 # Tables of the evidence with the points of each channel.
 CHANNEL_TABLES = {"flight": "flights", "contact": "contacts", "impact": "impacts", "loss": "losses", "drive": "drive"}

@@ -479,8 +479,8 @@ class _Choice:
         causes = self.asked.truths[0].causes
         size = sum(len(one.numbers) for one in causes)
         path, events = self._parts(chosen, 0)
-        alike = max((one.looks[0][0].runs for one in chosen), default=1.0)
-        each = [spread_of(path, size, lambda parts: of_windows(parts, alike)), spread_of(events, size, of_events)]
+        runs = max((one.looks[0][0].runs for one in chosen), default=1.0)
+        each = [spread_of(path, size, lambda parts: of_windows(parts, runs)), spread_of(events, size, of_events)]
         made, at = [], 0
         for cause in causes[: self.asked.wanted]:
             own = slice(at, at + len(cause.numbers))

@@ -524,16 +524,16 @@ def of_events(parts: Parts) -> Array:
     ])  # fmt: skip
 
 
-def of_windows(parts: Parts, alike: float = 1.0) -> Array:
+def of_windows(parts: Parts, runs: float = 1.0) -> Array:
     """Return the covariance along the path, at least as wide as the scatter of windows, as in the diagnosis.
 
-    alike: number of consecutive readings with about the same residual.
+    runs: number of consecutive readings whose residuals have the same sign.
     """
     normal, level = _total(parts)
     scatter = np.sum([times * one.scores.T @ one.scores for one, times in parts], axis=0)
     inverse = np.linalg.pinv(normal)
     wide = np.diag(inverse @ scatter @ inverse) / np.maximum(level * np.diag(inverse), 1e-300)
-    wide = np.sqrt(np.maximum(wide, alike))
+    wide = np.sqrt(np.maximum(wide, runs))
     return level * inverse * np.outer(wide, wide)
 
 
