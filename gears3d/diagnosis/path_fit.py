@@ -161,20 +161,20 @@ class WithoutNuisances:
         driven: those to harmonics of the drive, of :meth:`Linearised.driven`.
 
     Attributes:
-        held: root of the weight of the priors.
+        held: root of the weight of the priors of each record, (r,).
         record: of each row, (n + p,).
     """
 
     def __init__(self, windows: Windows, rest: Array, starts: Sequence[Array], driven: Array) -> None:
         self._windows, weight, count = windows, windows.weights(rest), len(windows.zeros)
         self._starts = WithoutStarts(windows, [one * weight for one in starts])
-        self.held = float(np.sqrt(max(np.median(windows.level(rest)) * windows.runs(rest), 1e-12)))
+        self.held = np.sqrt(max(np.median(windows.level(rest)) * windows.runs(rest), 1e-12) * windows.sampled)
         driven = np.where(np.isfinite(driven), driven, 0.0)  # trajectories that diverge within a window
         own, record = self._starts(driven * weight), windows.record[windows.every[: len(rest)]]
         self.record = np.concatenate([record, np.repeat(np.arange(count), len(driven))])
         self._blocks = []
         for k in np.unique(record).tolist() if len(driven) else ():
-            block = np.vstack([own[:, record == k].T, self.held * np.eye(len(driven))])
+            block = np.vstack([own[:, record == k].T, self.held[k] * np.eye(len(driven))])
             self._blocks.append((k, np.flatnonzero(self.record == k), *np.linalg.qr(block)))
 
     def __call__(self, columns: Array) -> Array:
@@ -186,7 +186,7 @@ class WithoutNuisances:
         return self._left(self._starts(rest), self._windows.motion)
 
     def _left(self, columns: Array, motion: Array) -> Array:
-        prior = np.broadcast_to(-self.held * motion.ravel(), (*columns.shape[:-1], motion.size))
+        prior = np.broadcast_to(-(self.held[:, None] * motion).ravel(), (*columns.shape[:-1], motion.size))
         made = np.concatenate([columns, prior], axis=-1)
         for _, rows, own, _ in self._blocks:
             made[..., rows] -= (made[..., rows] @ own) @ own.T
@@ -198,7 +198,7 @@ class WithoutNuisances:
         Records without windows keep theirs.
         """
         motion = self._windows.motion
-        made, wide = np.zeros_like(motion), np.concatenate([self._starts(rest), -self.held * motion.ravel()])
+        made, wide = np.zeros_like(motion), np.concatenate([self._starts(rest), -(self.held[:, None] * motion).ravel()])
         for k, rows, own, upper in self._blocks:
             made[k] = np.linalg.solve(upper, own.T @ wide[rows])
         return made
@@ -328,13 +328,13 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS, *, held: int = 0)
     return state_of(windows, causes, rest)
 
 
-def _bounded(windows: Windows, rest: Array, most: float, held: float = 0.0) -> float:
+def _bounded(windows: Windows, rest: Array, most: float, held: Array | None = None) -> float:
     """Return the sum of clipped mean squares of windows, a few may diverge from any model, and of priors of the drive.
 
-    held: root of the weight of the priors.
+    held: root of the weight of the priors of each record, (r,).
     """
-    prior = held**2 * float(np.sum(windows.motion**2)) * len(windows) / max(len(windows.window), 1)
-    return float(np.sum(np.minimum(windows.level(rest), most))) + prior
+    prior = 0.0 if held is None else float(np.sum((held[:, None] * windows.motion) ** 2))
+    return float(np.sum(np.minimum(windows.level(rest), most))) + prior * len(windows) / max(len(windows.window), 1)
 
 
 def _shortened(causes: Sequence[Cause], step: Array, pivot: float) -> Array:
@@ -682,7 +682,7 @@ def uncorrected(windows: Windows, now: State) -> Array:
 def _price_of_motion(windows: Windows) -> Array:
     """Return the squares of the corrections of the drive's motion, in its standard deviations, by windows, (w,)."""
     count = np.bincount(windows.record, minlength=len(windows.zeros))
-    return (np.sum(windows.motion**2, axis=1) / np.maximum(count, 1))[windows.record]
+    return (windows.sampled * np.sum(windows.motion**2, axis=1) / np.maximum(count, 1))[windows.record]
 
 
 def with_spread(windows: Windows, now: State) -> State:

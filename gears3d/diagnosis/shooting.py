@@ -171,14 +171,11 @@ class Windows:
         self.step = span / (NODES - 1)
         time = self.begin[:, None] + np.linspace(0.0, 1.0, NODES) * span[:, None]
         curves = [known.steady.curve for known in tracks]
-
-        def driven(order: int) -> Array:
-            made = [curves[k](at, order) for k, at in zip(self.record, time, strict=True)]
-            return np.array(made).reshape(-1, NODES)
-
-        self.drive: tuple[Array, ...] = driven(0), driven(1), driven(2)
+        along = [(curves[k], at) for k, at in zip(self.record, time, strict=True)]
+        self.drive = tuple(np.array([one(at, n) for one, at in along]).reshape(-1, NODES) for n in range(3))
         self.drive_errors: tuple[Array, ...] = self._errors(curves, time)
         self.motion = np.zeros((len(tracks), len(self.drive_errors[0])))
+        self.sampled = np.ones(len(tracks))  # part of each record's windows, by which priors of its motion count
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
         self.time, self.read = (np.concatenate([np.zeros(0), *(one[k] for one in seen)]) for k in (0, 1))
@@ -309,7 +306,10 @@ class Windows:
         """Return a sample of at most so many windows, and which readings and kicks are theirs, (n + KICKS w,)."""
         if len(self) <= most:
             return self, np.ones(len(self.every), dtype=bool)
-        return self.only(np.unique(np.linspace(0, len(self) - 1, most).round().astype(int)))
+        few, mine = self.only(np.unique(np.linspace(0, len(self) - 1, most).round().astype(int)))
+        own, every = (np.bincount(one.record, minlength=len(self.zeros)) for one in (few, self))
+        few.sampled = np.where(own > 0, self.sampled * own / np.maximum(every, 1), 1.0)
+        return few, mine
 
     def only(self, picked: Array) -> tuple[Windows, Array]:
         """Return windows by their numbers, and which readings and kicks are theirs, (n + KICKS w,)."""

@@ -439,6 +439,31 @@ def test_harmonics_of_the_drive_are_fitted_within_their_uncertainty(short):
     assert path_search(windows, known_of(short, windows)).causes == ()
 
 
+def test_a_prior_of_the_motion_counts_in_a_sample_by_its_part_of_the_windows(short):
+    """It counted in full: causes fitted to a sample, with a motion nearer to 0 than in all windows, were excluded."""
+    _, known = shot(short)
+    waves = known.steady.curve.waves._replace(sigma=3e-7, turn_sigma=1e-9)
+    curve = replace(known.steady.curve, waves=waves)
+    windows = Windows(short, [replace(known, steady=known.steady._replace(curve=curve))], [short.period])
+    windows.restart((), anew=True)
+    asked = np.zeros_like(windows.motion)
+    asked[0, :2] = 8.0, -4.0
+    windows.motion = asked
+    noise = windows.sigma * np.random.default_rng(5).standard_normal(len(windows.read))
+    windows.read = windows.read - windows.missed(()) + noise
+    windows.motion = 0.0 * asked
+    every = polished(windows, fitted(windows, state_of(windows, (), windows.residuals(()))))
+    restore(windows, every)
+    few, _ = windows.some(len(windows) // 3)
+    at = state_of(few, (), few.residuals(()))
+    part = len(few) / len(windows)
+    assert few.sampled == pytest.approx(part)
+    assert float(at.price.sum()) == pytest.approx(part * float(every.price.sum()))
+    few.motion = 0.0 * asked
+    some = polished(few, fitted(few, state_of(few, (), few.residuals(()))))
+    assert some.motion[0, :2] == pytest.approx(every.motion[0, :2], abs=1.5)  # 3.1 less with a full prior
+
+
 def test_sensitivities_to_the_motion_of_the_drive_are_slopes(short):
     _, known = shot(short)
     waves = known.steady.curve.waves._replace(sigma=1e-7, turn_sigma=1e-6)
