@@ -11,6 +11,7 @@ from gears3d.scenario import load
 RIG = "scenarios/base/rigaud-2020.toml"
 
 
+@pytest.mark.slow
 def test_dry_and_viscous_drag_follow_the_closed_form():
     viscous = {"kind": "drag_viscous", "coefficient": "0.02 N m s/rad"}
     run = rundown(load(RIG, {"effect": [viscous]}), speed=20.0)
@@ -44,6 +45,7 @@ def test_nothing_that_slows_it_down():
         rundown(load(RIG, {"motion.mean": "0 rpm", "run.settle": "0 s"}))
 
 
+@pytest.mark.slow
 def test_bench_and_identify_give_the_same_warnings_and_the_same_residual(tmp_path, capsys):
     """A torque of an order is in no law of drag: the residual has structure."""
     effect = 'effect=[{kind="drag_position", amplitude="0.05 N m", order=3}]'

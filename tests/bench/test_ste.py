@@ -44,6 +44,7 @@ def rms(difference):
     return float(np.sqrt(np.mean(difference**2)))
 
 
+@pytest.mark.slow
 def test_waves_come_back_on_the_flank_they_are_on():
     waves = [
         {"kind": "transmission_error", "order": 2, "amplitude": "30 um", "phase": "0.4 rad"},

@@ -84,6 +84,7 @@ def test_a_picture_in_out_is_written_and_warns_in_one_line(made, tmp_path, capsy
     assert "picture written to" in out
 
 
+@pytest.mark.slow
 def test_python_writes_what_the_command_line_writes(made, tmp_path):
     record = g3.segment(made["record"], NAME)
     results = {

@@ -168,6 +168,7 @@ def test_an_interrupt_leaves_a_valid_partial_run_that_says_so(tmp_path, number):
     assert [p.name for p in tmp_path.iterdir()] == ["run"]
 
 
+@pytest.mark.slow
 def test_a_run_that_breaks_off_keeps_what_happened_until_then(tmp_path):
     soft = "effect=[{kind = 'tooth_compliance', stiffness = '7e4 N/m', damping = '0 N s/m'}]"
     words = ["run", FILE, "--set", soft, "--set", "run.duration=2 s", "--out", tmp_path / "run"]

@@ -35,6 +35,7 @@ def struck(found):
     return {test.quantity for test in found.tests if test.different}
 
 
+@pytest.mark.slow
 def test_equal_distributions_are_told_apart_no_more_often_than_stated():
     # stated: 1 in 100 (6 in 400 were counted over other seeds); 4 or more of 60 would come in 3 of 1000 such series
     alarms = sum(bool(struck(compare(chaotic(2 * i), chaotic(2 * i + 1)))) for i in range(60))
@@ -54,6 +55,7 @@ def test_shifted_phases_are_found_and_speeds_stay_clear():
     assert np.median([one.phase_error_median_cycles for one in found]) == pytest.approx(0.03, abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_stated_power_holds():
     clean = [compare(chaotic(2 * i), chaotic(2 * i + 1)) for i in range(10)]
     stated = np.median([test.detectable for one in clean for test in one.tests if test.quantity.endswith("speed")])

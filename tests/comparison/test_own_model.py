@@ -31,6 +31,7 @@ def verdict(scenario, time, place):
     return g3.validate_model(g3.Recording.from_displacement(time, place, scenario), scenario)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", own_models.KINDS)
 def test_a_hidden_error_is_named_and_a_right_model_is_equal(scenario, kind):
     found = verdict(scenario, *own_models.simulate(scenario, own_models.wrong(kind, scenario, SEED)))
@@ -69,6 +70,7 @@ def test_impacts_and_contacts_are_those_of_the_model():
     assert {int(flank) for flank, *_ in made.meta["contacts"]} == {0, 1}
 
 
+@pytest.mark.slow
 def test_a_datum_is_no_way_beyond_the_flanks():
     sizes = {"stiffness": "1e6 N/m", "damping": "100 N s/m"}
     rig = own_models.rig(SEED)
@@ -111,6 +113,7 @@ def test_a_displacement_of_the_opposite_sign_is_a_sign_error(scenario, right):
     assert verdict(scenario, right[0], -right[1]).causes == ("sign",)
 
 
+@pytest.mark.slow
 def test_flanks_of_springs_are_told_from_rigid_ones(scenario):
     known = scenario.rig()
     mass, stiffness = known.inertia / known.base_radius_loose**2, 2e6
@@ -148,6 +151,7 @@ def test_a_table_that_cannot_be_used_is_refused_with_a_remedy(scenario, right, c
         g3.Recording.from_displacement(*change(*right), scenario)
 
 
+@pytest.mark.slow
 def test_the_command_gives_the_verdict_a_folder_and_an_exit_code(scenario, right, tmp_path, capsys):
     (tmp_path / "rig.toml").write_text(scenario.document, encoding="utf-8")
     table = np.stack([right[0], right[1]], axis=1)

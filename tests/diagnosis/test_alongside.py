@@ -20,6 +20,7 @@ from tests.diagnosis.blind import cases, play
 from tests.diagnosis.test_gap_laws import hidden, judged
 
 
+@pytest.mark.slow
 def test_a_cause_beside_a_known_law_is_found_in_uncut_paths(tmp_path):
     _, admitted = hidden(tmp_path / "c", ("oil_film", "eccentricity"), 20, records=2, duration=4.0)
     seen = []

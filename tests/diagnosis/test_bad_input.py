@@ -59,6 +59,7 @@ def changed_places(signals):
     return {**signals, names[0]: signals[names[1]], names[1]: signals[names[0]]}
 
 
+@pytest.mark.slow
 def test_torques_are_as_uncertain_as_the_inertia_and_the_inertia_that_does_the_same_is_stated(tmp_path):
     path, inertia = written(tmp_path / "r.parquet", {"drag.torque": "0.33 N m"}), load(BENCH).rig().inertia
     stated = {"value": f"{inertia!r} kg m^2", "uncertainty": "5 %"}
@@ -70,6 +71,7 @@ def test_torques_are_as_uncertain_as_the_inertia_and_the_inertia_that_does_the_s
     assert told == pytest.approx(inertia / 1.1, rel=2e-3) or told == pytest.approx(1e6 * inertia / 1.1, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_what_is_found_is_blamed_where_nothing_is_amiss(tmp_path):
     found = judged(written(tmp_path / "r.parquet", {"drag.torque": "0.33 N m"}))
     assert found.causes[0].kind == "drag_coulomb"
@@ -123,6 +125,7 @@ def test_another_motion_than_the_claimed_one_blocks(tmp_path, truth, rig):
     assert "[condition]" in note.remedy
 
 
+@pytest.mark.slow
 def test_another_mean_speed_is_told_and_the_measured_one_used(tmp_path):
     path = written(tmp_path / "r.parquet", {"motion.mean": "60 rpm", "drag.torque": "0.33 N m"})
     found = judged(path, stated_motion=True)
@@ -151,6 +154,7 @@ def test_a_record_of_another_motion_than_the_rig_file_is_used_as_measured(tmp_pa
     assert harmonic["amplitude_rad_s"]["value"] == pytest.approx(true.harmonics[0].amplitude, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("amplitude", [0.3, 8.0])
 def test_a_harmonic_of_the_drive_of_any_size_is_a_cause_only_where_the_motion_is_stated(tmp_path, amplitude):
     sine = {"amplitude": "10 rpm", "frequency": "3 Hz"}
@@ -168,6 +172,7 @@ def test_a_harmonic_of_the_drive_of_any_size_is_a_cause_only_where_the_motion_is
     assert len(found.to_dict()["records"][0]["drive_motion"]["harmonics"]) == 2
 
 
+@pytest.mark.slow
 def test_another_bench_of_the_same_ratio_is_doubted(tmp_path):
     rig = {"mount.backlash": "600 um", "drag.torque": "0.9 N m", "impact.restitution": 0.7}
     found = judged(written(tmp_path / "r.parquet"), rig)
@@ -176,12 +181,14 @@ def test_another_bench_of_the_same_ratio_is_doubted(tmp_path):
     assert {one.kind for one in found.suspects} >= {"backlash_offset", "drag_coulomb"}
 
 
+@pytest.mark.slow
 def test_gears_of_another_size_in_the_same_ratio_look_like_backlash_and_are_told(tmp_path):
     found = judged(written(tmp_path / "r.parquet"), {"gears.drive.teeth": 60, "gears.loose.teeth": 40})
     assert found.causes[0].kind == "backlash_offset"
     assert "differs by +50 %" in next(one.text for one in found.notes if one.kind == "gear-size")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("amplitude", ["0.5 rpm", "0.2 rpm"])
 def test_below_the_threshold_only_contact_is_judged(tmp_path, amplitude):
     motion = {"motion.harmonics": [{"amplitude": amplitude, "frequency": "3 Hz"}]}
@@ -191,6 +198,7 @@ def test_below_the_threshold_only_contact_is_judged(tmp_path, amplitude):
     assert found.to_dict()["power"] == {"geometry": None, "torque": None, "impact": None}
 
 
+@pytest.mark.slow
 def test_an_order_that_does_not_come_round_is_a_suspect(tmp_path):
     eccentric = [{"kind": "transmission_error", "order": 1, "amplitude": "30 um"}]
     path = written(tmp_path / "r.parquet", {"effect": eccentric})
@@ -211,6 +219,7 @@ def test_rows_that_are_no_numbers_are_told_with_the_way_to_leave_them_out(tmp_pa
     assert not found.causes
 
 
+@pytest.mark.slow
 def test_a_record_that_is_off_is_left_out_where_there_are_others(tmp_path):
     good = written(tmp_path / "good.parquet", {"drag.torque": "0.33 N m"})
     other = written(tmp_path / "other.parquet", {"motion.harmonics": []})

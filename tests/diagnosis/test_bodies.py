@@ -50,6 +50,7 @@ def plain(one):
     return engine_residuals(one, ())
 
 
+@pytest.mark.slow
 def test_the_engine_predicts_what_the_rigid_model_does(one, plain):
     rigid, bodies = residuals(one), plain  # the rigid fall is a polygon of 44 pieces: a tenth of a sigma
     for name, most in {"flight": 0.1, "contact": 1e-6, "impact": 1e-9}.items():
@@ -89,6 +90,7 @@ def test_the_drive_moves_as_it_was_measured_to(one):
     assert np.abs(drive - seen.angle).max() < 1e-5
 
 
+@pytest.mark.slow
 def test_a_true_cause_is_worth_in_the_engine_what_it_is_in_the_rigid_model():
     bench = load(BENCH, PLAIN)
     truth = bench.with_({"drag.torque": "0.26 N m", "mount.backlash": "260 um"})

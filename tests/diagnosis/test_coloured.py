@@ -41,6 +41,7 @@ def seen(offset=0.0, seed=1):
     return found
 
 
+@pytest.mark.slow
 def test_residuals_are_white_and_no_larger_than_one_under_slow_noise():
     for one in map(without_strays, seen()):
         assert one.channels.flicker.place > 0.0

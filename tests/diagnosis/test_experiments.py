@@ -38,6 +38,7 @@ def found(tmp_path_factory):
     return alone, best, both
 
 
+@pytest.mark.slow
 def test_a_rival_is_named_with_the_runs_that_would_exclude_it(found):
     alone, best, _ = found
     one = alone.runs[0]

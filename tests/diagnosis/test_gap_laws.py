@@ -32,10 +32,8 @@ def judged(folder, rig, admitted):
     return found, reveal(folder, folder / "diagnosis.json")
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [*(pytest.param(kind, marks=pytest.mark.slow) for kind in ("oil_film", "mesh_friction")), "tooth_compliance"],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["oil_film", "mesh_friction", "tooth_compliance"])
 def test_a_law_of_contact_is_named_and_measured(tmp_path, kind):
     found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", (kind,), **SHORT))
     assert score["kinds_first"], found.to_dict()
@@ -87,6 +85,7 @@ SPRINGS = {
 """Teeth as springs, and drag that depends on speed: from windows of coarse steps a drag of the mesh was named."""
 
 
+@pytest.mark.slow
 def test_nothing_is_named_of_a_rig_of_springs_and_viscous_drag_that_is_as_stated(tmp_path):
     rig = load(SPRINGS)
     record(rig, seed=3).write(tmp_path / "record.parquet")

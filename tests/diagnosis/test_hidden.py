@@ -56,7 +56,8 @@ def test_a_hidden_effect_is_named_and_measured(tmp_path, kind):
     assert found.extended.effects[-1].kind == kind
 
 
-@pytest.mark.parametrize("seed", [10, pytest.param(7, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [10, 7])
 def test_a_power_of_the_speed_is_told_at_one_mean_speed(seed):
     # far from the exponent that is tried first; a straight step in coefficient and exponent leads nowhere there
     found = play(
@@ -76,6 +77,7 @@ def test_a_torque_over_a_difference_of_speeds_is_told_from_wherever_its_fit_begi
     assert all(abs(one["error"]) < 0.001 for one in found["parameters"])
 
 
+@pytest.mark.slow
 def test_a_mesh_drag_is_found_from_far_off():
     # it is felt with its square, and a bit more of it holds contact for ever: straight steps from far off overshoot
     found = play(Case("kinds", 218, ("mesh_drag",), (("duration", 2.0), ("noise", 0.003), ("records", 3))))

@@ -36,14 +36,11 @@ def told(hidden: tuple[str, ...], size: float = 0.0, seed: int = SEED, records=S
     return play(Case("kinds", seed, hidden, (*records, ("size", size)) if size else records))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "records"),
-    [
-        pytest.param(kind, THREE, id=place) if place == "torque"
-        else pytest.param(kind, LONG, id=place, marks=pytest.mark.slow)
-        for place, kind in PLACES.items()
-    ],
-)  # fmt: skip
+    [pytest.param(kind, THREE if place == "torque" else LONG, id=place) for place, kind in PLACES.items()],
+)
 def test_half_the_limit_is_no_confident_claim_of_another_cause(kind, records):
     row = told((kind,), 0.5 * LIMIT, records=records)
     assert not row["wrong_names"], row
@@ -84,12 +81,10 @@ def test_two_at_once_are_both_named_at_twice_the_limit():
     assert {one["kind"] for one in row["causes"]} == set(TWO), row
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "records"),
-    [
-        ("cogging_speed", SHORT),
-        pytest.param("bearing_defect", LONG, marks=pytest.mark.slow),
-    ],
+    [("cogging_speed", SHORT), ("bearing_defect", LONG)],
 )
 def test_what_no_catalogue_has_is_no_confident_cause(kind, records):
     row = told((kind,), 0.3, records=records)

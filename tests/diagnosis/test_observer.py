@@ -23,6 +23,7 @@ def sees(admitted, plan):
     return observer.seen(admitted, answer["effects"], answer.get("zeros"))
 
 
+@pytest.mark.slow
 def test_an_encoder_in_contact_is_seen_as_a_sine_in_white_noise(tmp_path):
     plan = Case("below", 3, ("encoder_eccentricity",), (("noise", 0.003), ("duration", 4.0)), "below").plan()
     hide(plan, tmp_path)

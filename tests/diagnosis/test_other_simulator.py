@@ -39,12 +39,17 @@ def found(rig, hidden, folder):
     return told, [own for own in sets if not own & kinds]
 
 
-SLOW = [(60, "drag_coulomb"), (60, "drag_viscous"), (60, "backlash_offset"), (21, "restitution_offset")]
+FOUND = [
+    (25, "restitution_offset"),
+    (60, "drag_coulomb"),
+    (60, "drag_viscous"),
+    (60, "backlash_offset"),
+    (21, "restitution_offset"),
+]
 
 
-@pytest.mark.parametrize(
-    ("index", "kind"), [(25, "restitution_offset"), *(pytest.param(*each, marks=pytest.mark.slow) for each in SLOW)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("index", "kind"), FOUND)
 def test_a_cause_is_found_with_its_size(index, kind, tmp_path):
     rig, hidden = case(index, 2, kind)
     told, wrong = found(rig, hidden, tmp_path)

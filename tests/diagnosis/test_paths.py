@@ -34,6 +34,7 @@ def bench(tmp_path_factory):
     return admitted, [preprocess(one) for one in admitted], torque
 
 
+@pytest.mark.slow
 def test_the_hidden_cause_predicts_the_path_and_a_wrong_one_is_refuted(bench):
     admitted, records, torque = bench
     right = named("drag_coulomb", torque, "N m", torque=torque)

@@ -38,6 +38,7 @@ def half(option, kind, name):
     return np.sqrt((0.5 * (one.high - one.low)) ** 2 - (1.96 * MODEL * one.value) ** 2)
 
 
+@pytest.mark.slow
 def test_the_interval_of_a_drag_narrows_with_the_root_of_the_duration(rig):
     """The same seconds are simulated for both, so that the law is exact."""
     short, long = (
@@ -46,6 +47,7 @@ def test_the_interval_of_a_drag_narrows_with_the_root_of_the_duration(rig):
     assert long == pytest.approx(0.5 * short, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_twice_the_noise_makes_intervals_twice_as_wide(rig):
     quiet, loud = (one_run(rig, "drag_coulomb", "backlash_offset", noise=noise) for noise in (3e-5, 6e-5))
     for kind, name in (("drag_coulomb", "torque"), ("backlash_offset", "offset")):
@@ -97,6 +99,7 @@ def test_a_power_law_can_be_a_viscous_one(rig):
     assert not viscous.possible
 
 
+@pytest.mark.slow
 def test_nuisances_that_are_free_widen_intervals(rig):
     alone = one_run(rig, "drag_coulomb")
     both = one_run(rig, "drag_coulomb", nuisances=["drag_viscous"])
@@ -117,6 +120,7 @@ def test_phases_of_encoders_without_marks_are_free_in_every_run_but_the_first(ri
     assert known[False] == pytest.approx(1.0, rel=0.2)
 
 
+@pytest.mark.slow
 def test_runs_become_scenarios_with_their_encoders(rig, tmp_path):
     found = plan(rig, ["drag_coulomb"], speeds=[rig.motion.mean], amplitudes=[rig.motion.harmonics[0].amplitude],
                  lengths=[4.0, 8.0], counts=[FINE], noise=2e-5)  # fmt: skip

@@ -38,6 +38,7 @@ def record(seed, deviation=DEVIATION, worse=1.0, lowest=E):
     return replace(one, channels=one.channels._replace(censored_impacts=blows))
 
 
+@pytest.mark.slow
 def test_scatter_is_told_though_weak_rebounds_are_overlooked():
     pulls, naive = [], []
     for seed in range(30):
@@ -51,6 +52,7 @@ def test_scatter_is_told_though_weak_rebounds_are_overlooked():
     assert 0.7 < np.std(pulls) < 1.3
 
 
+@pytest.mark.slow
 def test_the_mean_of_what_scatters_is_that_of_all_blows():
     pulls = []
     for seed in range(12):

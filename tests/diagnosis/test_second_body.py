@@ -131,6 +131,7 @@ def diagnosed(folder, kinds, seed, **options):
     return diagnose(admit_all([folder / "record.toml"], bench), bench)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("low_orders")
 def test_a_hidden_body_is_named_with_intervals_and_confirmed_by_other_windows(tmp_path):
     found = diagnosed(tmp_path, ("carried_inertia",), 4, size=0.3, records=2, duration=3.0)
@@ -146,6 +147,7 @@ def test_a_hidden_body_is_named_with_intervals_and_confirmed_by_other_windows(tm
     assert found.extended.effects[-1].kind == "carried_inertia"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("low_orders")
 def test_noise_is_no_body(tmp_path):
     assert not diagnosed(tmp_path, (), 4, records=2, duration=2.0).causes

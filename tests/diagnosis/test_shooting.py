@@ -218,6 +218,7 @@ def test_oil_is_found_with_its_viscosity(rig):
     assert found.causes[0].numbers[0] == pytest.approx(0.05, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_thin_film_is_found_that_a_wrong_backlash_stood_for(rig):
     """A film narrows the gap: without it the backlash came out 4 % off, and no viscosity at that backlash helped."""
     oil = catalogue()["oil_film"](viscosity=0.004)
@@ -249,6 +250,7 @@ def test_small_changes_are_followed_over_compliant_teeth(rig, kind):
     assert np.sqrt(np.median(windows.level(run.column(effect) - apart))) < 0.05 * usual
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", ["30 rpm", "-30 rpm"])
 def test_friction_of_compliant_teeth_resists_in_either_sense_of_rotation(short, mean):
     soft = {"kind": "tooth_compliance", "stiffness": "1e5 N/m", "damping": "300 N s/m"}
@@ -353,6 +355,7 @@ def test_a_wave_of_the_loose_gear_counts_at_the_angle_at_which_its_flank_is_touc
     assert np.max(np.abs(by)) < 1e-3 * size
 
 
+@pytest.mark.slow
 def test_an_error_of_an_encoder_that_moves_the_zero_is_found(short):
     values = short.rig()
     size = 0.4 * values.backlash / values.base_radius_loose
@@ -514,6 +517,7 @@ def test_a_cause_gains_in_its_own_place_as_much_without_index_marks(short):
     assert gains[1] == pytest.approx(gains[0], rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_cause_is_found_that_only_a_few_windows_show(short):
     """In one record of ten the gear reaches the reverse flank; residuals of the others are noise."""
     effect, swing = catalogue()["backlash_offset"](**HIDDEN["backlash_offset"]), short.motion.harmonics[0]
@@ -659,6 +663,7 @@ def test_the_profile_of_a_cause_that_moves_the_path_straight_is_a_parabola(short
     assert below < 4.0
 
 
+@pytest.mark.slow
 def test_a_cause_that_was_found_otherwise_and_is_not_there_leaves_the_path_off(short):
     from gears3d.diagnosis.causes import begin
 

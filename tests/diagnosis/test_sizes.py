@@ -23,6 +23,7 @@ def hidden(tmp_path_factory):
     return records, made.effects[0]["asymmetry"]
 
 
+@pytest.mark.slow
 def test_rebounds_are_off_by_half_the_asymmetry_times_the_speed(hidden):
     records, asymmetry = hidden
     for one, split in zip(records, splits(records, []), strict=True):

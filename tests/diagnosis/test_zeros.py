@@ -89,11 +89,12 @@ def test_a_turned_record_asks_for_the_moved_effect(record, kind):
             assert np.allclose(added(there, [effect], name), expected, atol=1e-6 * np.abs(expected).max(initial=1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed", "table"),
     [
         pytest.param("transmission_error", 10102, {"order": 3}, id="transmission error of order 3"),
-        pytest.param("drag_position", 10021, {"order": 1}, id="drag over the angle", marks=pytest.mark.slow),
+        pytest.param("drag_position", 10021, {"order": 1}, id="drag over the angle"),
     ],
 )
 def test_a_cause_by_angle_is_named_with_its_size_and_its_phase_in_the_first_record(

@@ -15,6 +15,7 @@ def bench(tmp_path_factory):
     return environments.Bench(tmp_path_factory.mktemp("bench"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOME)
 def test_a_run_in_an_odd_environment_is_whole_or_refused(bench, name):
     odd = environments.ODD[name]

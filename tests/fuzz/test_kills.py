@@ -7,7 +7,8 @@ import pytest
 from tests.fuzz import kills
 
 
-@pytest.mark.parametrize("verbs", [("run",), ("sweep",), pytest.param(tuple(kills.VERBS), marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("verbs", [("run",), ("sweep",), tuple(kills.VERBS)])
 def test_what_is_finished_is_whole_and_the_same_command_goes_on(verbs):
     if not hasattr(kills.os, "fork"):
         pytest.skip("needs the signals of POSIX")

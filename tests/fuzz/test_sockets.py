@@ -14,11 +14,13 @@ def test_every_socket_is_on_loopback():
     assert not tally.faults, str(tally)
 
 
+@pytest.mark.slow
 def test_the_page_of_a_replay_is_on_loopback():
     *_, tally = islice(sockets.run(seed=1, names=("replay --web",)), 1)
     assert not tally.faults, str(tally)
 
 
+@pytest.mark.slow
 def test_a_socket_that_is_open_to_others_is_found(monkeypatch):
     monkeypatch.setitem(sockets.SERVERS, "open", ("-m", "http.server", "--bind", "0.0.0.0", "0"))
     monkeypatch.setattr(sockets, "LOOK_S", 3.0)

@@ -147,6 +147,7 @@ def test_steep_waves_of_helical_teeth_end_at_the_tip():
             assert hypot(*flank_point(flanks, 0, side, 1, roll)[:2]) == pytest.approx(gears[0].tip_radius, rel=1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_hulls_budgets_and_outlines_are_made_of_every_pair_that_is_not_refused(data):

@@ -149,6 +149,7 @@ def run(numbers):
     return counts
 
 
+@pytest.mark.slow
 def test_some_random_pairs_agree_with_shapely():
     counts = run(range(12, 30))
     assert counts["mesh"] >= 6, counts

@@ -315,6 +315,7 @@ WAVES = [
 SHARP = Relief(15e-6, length=2e-3, shape="linear")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("deviations", [WAVES[:2], WAVES, [*WAVES, HarmonicDeviation("drive", "active", 19, 2e-6)]])
 @pytest.mark.parametrize(("relief", "crowning"), [(None, 0.0), (SHARP, 5e-6)])
 def test_the_least_of_several_minima_is_found(deviations, relief, crowning):

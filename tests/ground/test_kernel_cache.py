@@ -82,6 +82,7 @@ print(doubled(np.ones(2)), "scipy.linalg" in sys.modules, product(np.ones(2), np
 """
 
 
+@pytest.mark.slow
 def test_a_kept_kernel_runs_without_what_compiles_others(tmp_path):
     def told():
         whole = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}

@@ -109,6 +109,7 @@ def printed(folder):
     return {tuple(line.split()[:2]): line.split()[2] for line in done.stdout.splitlines()}
 
 
+@pytest.mark.slow
 def test_an_edit_of_the_rigid_model_leaves_the_kernels_of_engine_and_gears(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "gears3d", ignore=shutil.ignore_patterns("__pycache__", "papers"))
     before = printed(tmp_path)
@@ -147,6 +148,7 @@ def run_kernel(**env):
     return Path(folder), int(count)
 
 
+@pytest.mark.slow
 def test_kernels_are_kept_and_a_damaged_entry_is_made_again(tmp_path):
     folder, count = run_kernel(NUMBA_CACHE_DIR=str(tmp_path / "cache"))
     assert folder == tmp_path / "cache"
@@ -158,6 +160,7 @@ def test_kernels_are_kept_and_a_damaged_entry_is_made_again(tmp_path):
     assert run_kernel(NUMBA_CACHE_DIR=str(folder))[1] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="modes of folders are POSIX")
 def test_a_folder_that_others_may_write_to_is_not_used(tmp_path):
     shared = tmp_path / "shared"

@@ -58,6 +58,7 @@ def verbs(cwd, each):
     return unposix(code, cwd)
 
 
+@pytest.mark.slow
 def test_every_module_is_imported(tmp_path):
     code = (
         "import importlib, pkgutil, gears3d\n"

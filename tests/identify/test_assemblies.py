@@ -103,6 +103,7 @@ def test_where_nothing_stays_the_inertia_is_as_unsure_as_it_was():
         assert found[name].high - found[name].low == pytest.approx(3.92 * 0.02 * value, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_the_trend_over_temperature_is_that_of_the_oil():
     runs, truth = assembled((30.0, 40.0, 50.0))
     found = identify_assemblies(runs, KNOWN, LAWS, oil=OIL)
@@ -165,6 +166,7 @@ def coasting(scenario, turning, seed):
     return make_track(made.time, shafts.counted(made.signals[f"theta_{gear}_rad"], 40_000, seed))
 
 
+@pytest.mark.slow
 def test_the_mesh_is_what_both_gears_lose_together_more_than_alone():
     scenario = load(MESH)
     tracks = [[coasting(scenario, turning, seed)] for seed, turning in enumerate(("loose", "drive", "both"))]
@@ -177,6 +179,7 @@ def test_the_mesh_is_what_both_gears_lose_together_more_than_alone():
     assert not found.warnings
 
 
+@pytest.mark.slow
 def test_a_mesh_that_rubs_dry_is_told():
     base, both = load(MESH), load(MESH.replace('torque = "0.01', 'torque = "0.05'))
     tracks = [

@@ -56,6 +56,7 @@ def turned_to_and_fro(random, width, step=2 * np.pi / 3600, turns=3):
     return Admitted(Channels({"time_s": np.arange(len(drive)) / 60.0, **dict(columns)}), scenario, (), "")
 
 
+@pytest.mark.slow
 def test_counts_in_step_are_in_the_interval_of_the_backlash():
     random, off, half, sizes = np.random.default_rng(8), [], [], []
     for _ in range(12):

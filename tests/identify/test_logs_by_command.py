@@ -324,6 +324,7 @@ def test_a_spin_up_alone_gives_the_drag_where_the_inertia_is_known(tmp_path, cap
     assert "inertia: is not known: 0 coast-downs and 1 spin-ups" in err
 
 
+@pytest.mark.slow
 def test_a_torque_that_is_not_constant_is_said_first(tmp_path, capsys):
     """A motor whose torque falls by a tenth with the speed."""
     falling = lambda w: DRY + SLOPE * w + 0.0003 * w  # noqa: E731

@@ -92,6 +92,7 @@ def test_an_encoder_that_sits_off_its_shaft_moves_both_flanks_alike():
     assert not found.goodness["eccentricity"]
 
 
+@pytest.mark.slow
 def test_snippets_make_the_flanks_again(tmp_path):
     effect = [
         {"kind": "transmission_error", "order": 1, "amplitude": "20 um", "phase": "40 deg"},

@@ -34,6 +34,7 @@ def test_intervals_hold_when_blows_of_a_kind_share_an_error(share):
     assert share < 0.3 or np.std(naive) > 1.4
 
 
+@pytest.mark.slow
 def test_intervals_hold_when_all_blows_have_the_speed_of_a_flank_in_common():
     """Where a flank is taken to move, approaches are too fast by what rebounds are too slow."""
     random = np.random.default_rng(12)

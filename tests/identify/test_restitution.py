@@ -145,6 +145,7 @@ def test_snippet_goes_into_a_scenario():
     assert scenario.rig().restitution == pytest.approx(found.parameters["restitution"].value, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_command_line(tmp_path, capsys):
     file, picture = tmp_path / "rattle.parquet", tmp_path / "e.png"
     changes = ["--set", "impact.restitution=0.5", "--set", "run.duration=3 s"]

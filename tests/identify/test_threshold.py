@@ -79,6 +79,7 @@ def test_the_threshold_is_that_of_the_whole_drag_whatever_it_is_made_of():
     assert drag.value == pytest.approx(DRAG, rel=0.02)
 
 
+@pytest.mark.slow
 def test_waves_of_the_flanks_and_a_late_encoder_do_not_move_it():
     scenario = bench().with_(
         {
@@ -90,6 +91,7 @@ def test_waves_of_the_flanks_and_a_late_encoder_do_not_move_it():
     assert found.parameters["drag_up"].value == pytest.approx(DRAG, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_steady_swings_in_several_records_tell_the_same():
     rpm = DRAG / 0.0695 / (6 * pi) * 30 / pi
     sweeps = []
@@ -103,6 +105,7 @@ def test_steady_swings_in_several_records_tell_the_same():
         assert found.parameters[f"drag_{way}"].value == pytest.approx(DRAG, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_a_collapse_below_the_rise_is_told():
     """A gear that, once it rattles, goes on down to 0.8 of where it began: made by hand, flights of one height."""
     time = np.arange(0.0, 40.0, 1e-3)

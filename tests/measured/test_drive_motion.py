@@ -40,6 +40,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
     assert np.all(np.mean(held, axis=0) >= 0.9)
 
 
+@pytest.mark.slow
 def test_integrated_noise_makes_no_harmonic():
     rng = np.random.default_rng(5)
     time = np.arange(0.0, 6.0, 1e-3)
@@ -161,6 +162,7 @@ def test_interpolation_errors_are_no_harmonics_even_where_lines_pass_faster_than
     assert all(abs(sizes[k].amplitude - 0.0235) < 4.0 * sizes[k].amplitude_sigma for k in (2, 3))
 
 
+@pytest.mark.slow
 def test_a_slight_multiple_of_the_fluctuation_is_found():
     """Five and a half standard deviations: a line of any frequency would need more."""
     rng, time, found = np.random.default_rng(8), np.arange(0.0, 2.0, 5e-5), 0

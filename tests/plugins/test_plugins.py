@@ -69,6 +69,7 @@ def fake(site, name, group, value, code):
     (site / f"{value.partition(':')[0]}.py").write_text(code, encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_record_of_a_format_of_another_package_is_measured_and_identified(installed, tmp_path):
     rig = load(RIG, {"run.duration": "3 s"})
     record(rig).write(tmp_path / "rattle.parquet")
@@ -309,6 +310,7 @@ def test_a_scenario_with_an_effect_of_an_excluded_package_says_so(tmp_path):
     assert "known families: gears3d list units" in text
 
 
+@pytest.mark.slow
 def test_a_challenge_refuses_effects_of_other_packages_and_says_why(installed, tmp_path):
     done = gears3d(installed, "challenge", "--effect", "stribeck_seal", "--out", "blind", cwd=tmp_path)
     assert done.returncode == 2

@@ -281,6 +281,7 @@ PLACES = [
 ]
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.dictionaries(st.sampled_from(PLACES), JUNK, min_size=1, max_size=3))
 def test_whatever_is_written_loads_or_is_told(values):

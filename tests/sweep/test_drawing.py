@@ -32,6 +32,7 @@ def line(tmp_path_factory):
         yield place, data.load()
 
 
+@pytest.mark.slow
 def test_the_pictures_that_fit_are_drawn(plane, line):
     assert sorted(path.stem for path in draw(plane[0])) == ["impulses", "level", "map"]
     assert sorted(path.stem for path in draw(line[0])) == ["bifurcation", "impulses", "level", "threshold"]

@@ -36,6 +36,7 @@ def rest(seen, one):
     return float(np.sqrt(np.mean((place - seen.measured.signals["displacement_m"]) ** 2)))
 
 
+@pytest.mark.slow
 def test_extended_rig_goes_where_the_record_went_and_the_base_does_not(seen, found):
     assert [one.kind for one in found.causes] == ["drag_viscous"]
     backlash = seen.rig.rig().backlash

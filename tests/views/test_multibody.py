@@ -74,6 +74,7 @@ def test_the_hulls_are_those_of_the_engine_with_their_facets_outwards(rattling):
         assert body.volume == pytest.approx(volume, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_stock_pybullet_rattles(rattling):
     scenario, folder, reference = rattling
     found, expected = impacts(scenario, in_pybullet(folder, scenario, 1.34)), listed(scenario, reference)

@@ -243,6 +243,7 @@ def test_white_curves_are_seen_in_a_light_viewer(chromium_3d, address):
         assert share(picture[place], BACKGROUND) > 0.8, name
 
 
+@pytest.mark.slow
 def test_the_file_is_for_this_page_only(address, run):
     page = urlsplit(address)
     file = parse_qs(page.query)["url"][0]

@@ -91,6 +91,7 @@ def test_the_motion_is_that_of_an_independent_integration_along_the_normal(visco
     assert np.abs(ours[:, 6] + theirs[1] / tilt).max() < 1e-3 * np.abs(ours[:, 6]).max()
 
 
+@pytest.mark.slow
 def test_torques_over_angle_and_time_act():
     more = [
         {"kind": "drag_position", "amplitude": "0.05 N m", "order": 5, "phase": "0.3 rad"},

@@ -47,6 +47,7 @@ def test_the_rattle_index_of_the_run_is_that_of_its_samples(recording):
     assert sensitivity([1.0, 3.0], [0.0, 4.0]).tolist() == [0.5]
 
 
+@pytest.mark.slow
 def test_speeds_and_displacement_belong_together(recording):
     signals, meta = recording.signals, recording.meta
     rate = meta["base_radius_loose_m"] * signals["omega_loose_rad_s"]

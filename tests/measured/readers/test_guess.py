@@ -181,6 +181,7 @@ def test_what_cannot_be_guessed_is_an_error(columns, message, tmp_path):
         propose(write(tmp_path / "run.csv", columns))
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     names=st.lists(st.text(max_size=12), min_size=1, max_size=5),

@@ -96,6 +96,7 @@ BOMBS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", BOMBS)
 def test_what_takes_too_much_memory_is_refused_before_it_is_loaded(kind, tmp_path):
     path = tmp_path / "a.csv"

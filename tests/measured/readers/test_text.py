@@ -136,6 +136,7 @@ def attempt(place, data):
         return error
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(st.binary(max_size=300))
 @example(b'"')

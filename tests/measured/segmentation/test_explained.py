@@ -58,6 +58,7 @@ def test_a_rattle_is_explained(restitution, wander):
     assert found.path > 0.9
 
 
+@pytest.mark.slow
 def test_whatever_needs_impacts_refuses_a_record_that_is_not_explained(tmp_path, capsys):
     record, rig = adversaries.compliant_gearbox(seed=3), load(FIG5)
     with pytest.raises(NotExplained, match="does not move as a gear that flies freely"):
@@ -79,6 +80,7 @@ def test_whatever_needs_impacts_refuses_a_record_that_is_not_explained(tmp_path,
         identify_restitution([measure(record, rig)], rig.rig())
 
 
+@pytest.mark.slow
 def test_a_backlash_that_differs_between_the_halves_is_not_reported():
     scenario, truth = happened()
     record = seen(scenario, truth, 0.001, seed=62)

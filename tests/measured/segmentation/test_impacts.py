@@ -30,6 +30,7 @@ def test_speeds_are_right_where_the_next_flight_begins_at_once(swing):
     assert np.quantile(np.abs(one["vpulls"]), 0.9) < 2.0
 
 
+@pytest.mark.slow
 def test_encoders_read_a_sample_apart_make_no_durations():
     scenario, truth = happened(0.5)
     late = np.interp(truth.time + 30e-6, truth.time, truth.signals["theta_loose_rad"])
@@ -84,6 +85,7 @@ def test_teeth_count_as_in_the_truth():
     assert found.meta["teeth_from"] == "record"
 
 
+@pytest.mark.slow
 def test_flights_under_viscous_drag_testify_and_tell_its_slope():
     file = "scenarios/ottewill-2010/fig6-lag.toml"
     scenario, truth = happened(0.3, 0.0, "6 rad/s", "20 s", file, "1 kHz", "1 Hz")

@@ -15,6 +15,7 @@ def rattle():
     return scenario, seen(scenario, truth, 0.015, 11)
 
 
+@pytest.mark.slow
 def test_columns_made_on_demand_are_those_made_at_once(rattle, monkeypatch, tmp_path):
     scenario, record = rattle
     whole = measure(record, scenario)

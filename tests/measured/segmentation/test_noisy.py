@@ -28,6 +28,7 @@ def recorded(truth, error):
     return Recording({"time_s": truth.time, **{name: angle + error(angle) for name, angle in angles.items()}})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("restitution", "wander"), [(0.0, 0.0), pytest.param(0.3, 0.0, marks=SLOW), (0.5, 60e-6)])
 @pytest.mark.parametrize("share", [0.001, pytest.param(0.005, marks=SLOW)])
 def test_light_flicker_is_no_reason_to_refuse_and_widens_intervals(restitution, wander, share):
@@ -48,6 +49,7 @@ def test_light_flicker_is_no_reason_to_refuse_and_widens_intervals(restitution, 
     assert 1.4826 * np.median(np.abs(told["vpulls"])) < 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("own", [1e-6, 1e-5])
 def test_jitter_of_a_clock_that_both_encoders_share_is_no_noise_of_the_displacement(own):
     """A gear that turns fast moves by much of the backlash within it; readings of the drive show it as well."""
@@ -70,6 +72,7 @@ def test_jitter_of_a_clock_that_both_encoders_share_is_no_noise_of_the_displacem
     assert told["found"] >= 0.95 * told["high"] >= 25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.001, 0.01])
 def test_interpolation_errors_are_corrected(share):
     scenario, truth = happened(0.7, 60e-6)
@@ -93,6 +96,7 @@ def test_interpolation_errors_are_corrected(share):
         assert high > 0.95 * size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("restitution", "wander"), [(0.0, 0.0), (0.5, 60e-6), pytest.param(0.7, 60e-6, marks=SLOW)])
 @pytest.mark.parametrize("digits", [None, 9])
 def test_records_without_noise_are_cut_like_any_other(restitution, wander, digits):

@@ -59,6 +59,7 @@ def test_orders_of_the_contact_are_those_of_the_flanks_with_honest_sigmas():
     assert np.max(found["sigma_m"]) < 0.05e-6
 
 
+@pytest.mark.slow
 def test_orders_come_from_the_contact_of_a_rattling_record_too():
     scenario = wavy(WAVES[1], "20 rpm")
     for flank in (0, 1):

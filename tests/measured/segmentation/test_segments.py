@@ -77,6 +77,7 @@ def test_coarse_counts_and_noise_invent_nothing(restitution, wander, counts, see
     assert not found.summary["warnings"]
 
 
+@pytest.mark.slow
 def test_a_cut_that_leaves_much_unexplained_warns():
     scenario, truth = happened(0.3, 0.0)
     record = seen(scenario, truth, 0.001, 12)
@@ -200,6 +201,7 @@ def test_a_thousand_samples_a_second_and_viscous_drag_will_do():
     assert told["invented"] == 0
 
 
+@pytest.mark.slow
 def test_counts_too_coarse_for_the_gap_are_refused_and_finer_ones_taken():
     file = "scenarios/base/kadmiri-2012.toml"
     scenario, truth = happened(0.3, 0.0, "200 rpm", "2 s", file, "50 kHz", "25 Hz")
@@ -237,6 +239,7 @@ def load_amplitude(condition):
     return float(condition["motion.harmonics"][0]["amplitude"].split()[0])
 
 
+@pytest.mark.slow
 def test_what_a_gear_that_never_rests_bounces_off_are_the_flanks_that_another_record_shows():
     hidden = plan(62, ("transmission_error",), noise=0.003)  # order 4, 102 um: more than a third of the backlash
     rig = hidden.rig

@@ -59,6 +59,7 @@ def springs(rpm):
     ), rig
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rpm", "regime"), [(1000, "single_sided"), (1300, "double_sided")])
 def test_a_model_of_springs_without_noise_is_segmented(tmp_path, rpm, regime):
     """Where rattle is in step with the revolution, neither flanks nor a second flank are what flights look like."""
