@@ -335,11 +335,12 @@ def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: St
 
     It is tried where causes leave more than noise, or need a motion of the drive that its readings exclude.
     """
-    level, there = float(np.median(windows.level(found.rest))), any(one.candidate.kind in LAWS for one in found.causes)
-    if there or not found.causes or max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) < 1.0:
+    level, there = float(np.median(windows.level(found.rest))), [one.candidate.kind for one in found.causes]
+    if BODY in there or not there or max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) < 1.0:
         return found
     few, _, first = _sampled(windows, base)
-    tries = _at_sizes(few, known, first, first, ACCEPT_PATH * len(few) / len(windows))
+    others = [one for one in known if one.kind not in there]
+    tries = _at_sizes(few, others, first, first, ACCEPT_PATH * len(few) / len(windows))
     tries = [_whole(windows, base, few, one) for one in tries]
     if (best := _simplest(windows, base, [one for one in tries if _is_accepted(windows, base, base, one)])) is not None:
         best = _simplest(windows, base, [found, _forward(windows, known, base, best, lambda part: None)])

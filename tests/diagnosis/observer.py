@@ -103,7 +103,7 @@ def _sizes(windows: Windows, now: State) -> dict[str, float]:
     away = WithoutNuisances(windows, now.rest, along.starts(), along.driven())
     level = np.maximum(windows.level(now.rest), 1.0) * _alike(windows, now.rest)  # noise is what true causes leave
     sure = 1.0 / np.sqrt(level)[windows.every[: len(now.rest)]]
-    sure = np.append(sure, np.full(len(away.record) - len(sure), 1.0 / away.held))
+    sure = np.append(sure, 1.0 / away.held[away.record[len(sure) :]])
     columns = (away(np.array(columns_of(along, now.causes))) * sure).T
     normal, made, at = columns.T @ columns, {}, 0
     for cause in now.causes:
