@@ -203,7 +203,7 @@ def _limits(found: Diagnosis, told: dict[str, Any]) -> Iterator[str]:
     rows = remains(told)
     for row in rows:
         yield f"residual: {row['name']} ({row['raw']}): {row['size'].text}, {row['where']}"
-    if not rows and found.causes and not found.law:
+    if not rows and found.causes:
         yield "residual: none beyond chance"
     limits = [f"{place} {limit.text if limit.value is not None else 'not detectable'}"
               for place, limit, _ in power_rows(found)]  # fmt: skip

@@ -27,14 +27,7 @@ from gears3d.diagnosis.causes import (
     excluding,
     fit,
 )
-from gears3d.diagnosis.contact_law import (
-    ContactLawFit,
-    EpisodeAnalysis,
-    contact_law_of,
-    contact_law_with_others,
-    has_compliance,
-)
-from gears3d.diagnosis.evidence import Paths, uncut
+from gears3d.diagnosis.evidence import Paths, has_compliance, uncut
 from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
 from gears3d.diagnosis.path_search import Against, Path, against, halves, path_search
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
@@ -81,7 +74,6 @@ from gears3d.diagnosis.verdict import (
     classify,
     facts_of,
     minimum_detectable,
-    name_contact_law,
     record_contributions,
     remaining,
 )
@@ -463,9 +455,6 @@ def _numbers(found: Search, path: Path, first: Sequence[Cause], kept: Sequence[C
 
 # Highest order that is searched, unless the numbers of teeth require more.
 HIGHEST_ORDER = 40
-_NO_ENGINE_CHECK = EngineCheck(
-    (), (), {}, "the contact law is identified from complete contact episodes, which the engine cannot start in between"
-)
 HEAD = "[[effect]]"
 
 
@@ -487,7 +476,6 @@ class Diagnosis(Result):
         notes: conditions that weaken or prevent the diagnosis.
         suspects: candidate causes with insufficient data.
         bodies: held-out error reduction in the 3D engine; ``None`` if not requested.
-        law: law of contact from contact episodes, if any; results of segmentation are then discarded.
         runs: proposed runs that separate causes from competing hypotheses.
         rings: a resonance of the readings, if any.
         motions: of the drive as measured by its encoder, by record.
@@ -507,7 +495,6 @@ class Diagnosis(Result):
     notes: tuple[Note, ...] = ()
     suspects: tuple[Named, ...] = ()
     bodies: EngineCheck | None = None
-    law: ContactLawFit | None = field(default=None, repr=False)
     runs: tuple[Experiment, ...] = ()
     rings: Resonance | None = field(default=None, repr=False)
     motions: dict[str, DriveMotion] = field(default_factory=dict, repr=False)
@@ -604,10 +591,7 @@ def _diagnosed(
         whole = along_path([], admitted, paths, highest, searching)
         if whole is not None and (whole.decides or whole.agrees):
             return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
-        seen = contact_law_of(admitted, notes, tell, paths)
-        if (law := seen.law or (None if seen.agrees else contact_law_with_others(seen))) is not None:
-            return _by_contact_law(admitted_all, rig, notes, law, bodies)
-        return _with_compliance(admitted_all, rig, notes, seen)
+        return _unsegmented(admitted_all, rig, [*notes, _not_explained(whole)], "not_decidable")
     records, refused = [], None
     try:
         records, notes = segmented(admitted, notes, tell, paths)
@@ -618,25 +602,16 @@ def _diagnosed(
         whole = along_path([], admitted, paths, highest, searching)  # a body that the gear carries rings, too
         if whole is not None and whole.decides and (rings is None or whole.carries):
             return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
-        seen = contact_law_of(admitted, notes, tell, paths)
-        if (law := seen.law or contact_law_with_others(seen)) is not None:
-            return _by_contact_law(admitted_all, rig, notes, law, bodies)
         if rings is not None:
             return _unsegmented(admitted_all, rig, notes, "unexplained", rings)
         raise refused
     whole = along_path(records, admitted, paths, highest, searching)
     if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
         return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
-    quiet = whole is not None and whole.quiet  # no law of contact makes it nearer
-    seen = EpisodeAnalysis(None, None) if quiet else contact_law_of(admitted, notes, tell, paths)
-    if seen.law is not None:
-        return _by_contact_law(admitted_all, rig, notes, seen.law, bodies)
     records, found, short = search_with_resegmentation(admitted, records, highest, paths, tell)
     beyond = [] if rings is None else [rings.structure]
     beyond += tooth_synchronous_contact_loss(found.records, found.fit.causes) if short is None else []
     found, left, coarse = consistent_causes(found, highest, beyond)
-    if left and not beyond and (law := contact_law_with_others(seen)) is not None:
-        return _by_contact_law(admitted_all, rig, notes, law, bodies)
     scatter = own_scatter(records, found, left) if rings is None else None
     if whole is not None and (whole.path.scatter is None or scatter_patterns(whole.path.deviations, highest)):
         scatter = None
@@ -724,33 +699,14 @@ def _further(
     return solid, proposed
 
 
-def _by_contact_law(
-    admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law: ContactLawFit, bodies: bool
-) -> Diagnosis:
-    """Return the diagnosis of a law of contact; segmentation by rigid flanks adds nothing to it."""
-    causes = name_contact_law(law)
-    found = blind([uncut(one.scenario, one.name) for one in law.records])
-    rows = zip(record_contributions(found.records), law.records, strict=True)
-    contributions = tuple({**row, "visits": len(one.sizes)} for row, one in rows)
-    return Diagnosis("explained", causes, (), law.splits, {}, _extended(rig, causes), contributions,
-                     _findings(admitted), found, [], (*notes, *phase_notes(causes)),
-                     bodies=_NO_ENGINE_CHECK if bodies else None, law=law)  # fmt: skip
-
-
-def _with_compliance(
-    admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: EpisodeAnalysis
-) -> Diagnosis:
-    """Return the diagnosis of a rig that has a law of contact already: it agrees, or this is not decided."""
-    if not seen.agrees:
-        text = (
-            "records are not segmented with compliant or lubricated flanks, and too few contact episodes were observed"
-        )
-        if seen.plain is not None:
-            text = "contact episodes with compliant or lubricated flanks deviate from the nominal model by "
-            text += f"{np.sqrt(seen.plain.level):.3g} sigma"
-        remedy = "in addition to the contact law of the rig, no cause but mesh_friction is tested"
-        notes = [*notes, Note("yielding-flanks", text, remedy, "", True)]
-    return _unsegmented(admitted, rig, notes, "nothing_to_add" if seen.agrees else "not_decidable")
+def _not_explained(whole: AlongPath | None) -> Note:
+    """Return the note of a rig with a law of contact whose trajectories neither agree nor are explained."""
+    text = "records are not segmented with compliant or lubricated flanks, and too few windows show their motion"
+    if whole is not None:
+        text = "trajectories with compliant or lubricated flanks deviate from the nominal model by "
+        text += f"{np.sqrt(whole.path.before):.3g} sigma"
+    remedy = "in addition to the contact law of the rig, no set of causes explains them"
+    return Note("yielding-flanks", text, remedy, "", True)
 
 
 def _unsegmented(

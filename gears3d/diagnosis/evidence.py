@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.channels import BINS, Channels, Drive, Losses, channels, no_channels
+from gears3d.effects import Code
 from gears3d.kernels import njit
 from gears3d.measured.segmentation import Track, doubtful, path_of
 from gears3d.recording import Recording
@@ -135,6 +136,11 @@ def of_cut(
     seen = _clear_losses(seen, motion, scenario.rig().base_radius_drive)
     return Evidence(name, scenario, scenario.rig(), scenario.pair(), scenario.rows(), seen, motion, fine, at,
                     spared, flanks=cut.flanks, doubt=doubtful(cut), stated=stated)  # fmt: skip
+
+
+def has_compliance(rig: Scenario) -> bool:
+    """Whether a rig has a law of contact already, so that segmentation by rigid flanks is invalid."""
+    return any(row.code in (Code.GAP_SPRING, Code.GAP_FILM) for row in rig.rows())
 
 
 def _clear_losses(seen: Channels, motion: Motion, radius: float) -> Channels:

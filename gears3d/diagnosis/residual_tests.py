@@ -62,7 +62,7 @@ WORSE = 0.5 * ACCEPT
 LARGEST_LOSS = 0.25
 # Minimum fraction of the total error beyond noise in a split whose own gain counts.
 COUNTED_SHARE = 0.01
-# Units of the channels, and of contact episodes.
+# Units of the channels, and of the displacement in windows.
 UNITS = {"flight": "rad", "contact": "m", "impact": "m/s", "loss": "m/s", "drive": "rad", "visit": "m"}
 # Channels that the engine predicts: the drive's motion is prescribed, and contact loss is not a single step.
 ENGINE_CHANNELS: tuple[str, ...] = ("flight", "contact", "impact")

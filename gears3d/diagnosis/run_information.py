@@ -24,8 +24,7 @@ from gears3d.diagnosis.causes import (
     slopes_of,
     table,
 )
-from gears3d.diagnosis.contact_law import has_compliance
-from gears3d.diagnosis.evidence import Evidence, Paths
+from gears3d.diagnosis.evidence import Evidence, Paths, has_compliance
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     LAWS,

@@ -32,7 +32,6 @@ from gears3d.units import show
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.causes import Cause
-    from gears3d.diagnosis.contact_law import ContactLawFit
     from gears3d.diagnosis.evidence import Evidence, Paths
     from gears3d.diagnosis.path_candidates import Scatter
     from gears3d.diagnosis.path_fit import Deviations
@@ -650,8 +649,6 @@ class Diagnosed(Protocol):
     @property
     def held(self) -> Sequence[Split]: ...  # noqa: D102
     @property
-    def law(self) -> ContactLawFit | None: ...  # noqa: D102
-    @property
     def zeros(self) -> dict[str, float]: ...  # noqa: D102
 
 
@@ -687,7 +684,8 @@ def _extended(found: Diagnosed, one: Admitted, known: Track) -> tuple[Evidence |
     else:
         seen, tables = as_read(seen, found.causes)
     extended = with_effects(one.rig, tables)
-    zero = _datum_of_law(known, found, one.file)
+    held_off = any(cause.kind in LAWS for cause in found.causes)  # from the active flank
+    zero = found.zeros.get(one.file) if held_off else None
     return seen, extended, zero_of(known, seen, extended) if zero is None else zero
 
 
@@ -705,15 +703,6 @@ def _duration(rig: Scenario, known: Track, begin: Begin) -> float:
     frequencies = [one.frequency for one in rig.motion.harmonics if one.frequency > 0.0]
     wanted = min(PERIODS / min(frequencies), LONGEST) if frequencies else 0.5 * LONGEST
     return min(wanted, float(known.time[-1]) - begin.time)
-
-
-def _datum_of_law(known: Track, found: Diagnosed, file: str) -> float | None:
-    """Return the displacement on the active flank where a law of contact moves the gear from it, if known [m]."""
-    at = [k for k, one in enumerate(found.law.records) if one.name == file] if found.law is not None else []
-    if found.law is None or not at:
-        return found.zeros.get(file) if any(one.kind in LAWS for one in found.causes) else None
-    first = known.radii[1] * known.origin[1] - known.radii[0] * known.origin[0]
-    return first + float(found.law.held.zeros[at[0]])
 
 
 def _begin_search(known: Track, rig: Scenario) -> float:

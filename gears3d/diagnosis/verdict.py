@@ -23,7 +23,6 @@ from gears3d.diagnosis.causes import (
     swings,
     table,
 )
-from gears3d.diagnosis.contact_law import ContactLawFit
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.path_candidates import Scatter
 from gears3d.diagnosis.path_fit import BODY
@@ -185,26 +184,6 @@ def _reported_scatter(spread: Scatter) -> Named:
     )
     return Named(effect.kind, effect.place, numbers, text, spread.gain, (), effect, table(effect, numbers),
                  options=options(effect.kind, spread.gain, ()))  # fmt: skip
-
-
-def name_contact_law(law: ContactLawFit) -> tuple[Named, ...]:
-    """Return the reported causes of a law of contact and its additional causes."""
-    named, at = [], 0
-    visits = sum(len(points) for points in law.held.points)
-    before, after = np.sqrt(law.base.level), np.sqrt(law.held.level)
-    own = "it reduces" if len(law.causes) == 1 else "all causes together reduce"
-    text = (f"in {visits} contact episodes, without segmentation, {own} the error of a point from"
-            f" {before:.3g} to {after:.3g} sigma")  # fmt: skip
-    for cause, gain in zip(law.causes, law.gains, strict=True):
-        part = slice(at, at + len(cause.numbers))
-        at = part.stop
-        effect: Any = cause.effect
-        others = law.alternatives if cause is law.causes[0] else ()
-        numbers = parameters(cause, law.covariance[part, part])
-        places = options(effect.kind, gain, [((one["kind"],), law.worse) for one in others])
-        named.append(Named(effect.kind, effect.place, numbers, text, gain, others, effect, table(effect, numbers),
-                          options=places))  # fmt: skip
-    return tuple(sorted(named, key=lambda one: -one.gain))
 
 
 def classify(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:

@@ -19,7 +19,6 @@ import pyarrow.parquet as pq
 import tomlkit
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.contact_law import EpisodeAnalysis
 from gears3d.errors import InputError
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
@@ -243,10 +242,6 @@ STAGES: dict[str, tuple[tuple[str, Any], ...]] = {
     "leaving out what is far off": (("search.FAR", (np.inf,)),),
     "scatter of restitution as noise": (("search.with_own_noise", list),),
     JUDGING: (("residual_tests.drop_contradicted", lambda found, left: list(found.fit.causes)),),
-    "laws of contact": (
-        ("diagnosis.contact_law_of", lambda *_: EpisodeAnalysis(None, None)),
-        ("diagnosis.contact_law_with_others", lambda _: None),
-    ),
     "the bar for small causes": (("causes.SMALLEST", 0.0),),
 }  # fmt: skip
 """Stages of the diagnosis that an ablation leaves out, one at a time: names in its modules, and what stands there."""

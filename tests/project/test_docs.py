@@ -225,7 +225,7 @@ def test_the_architecture_names_what_there_is():
         found = importlib.import_module(home)
         assert hasattr(found, last) or importlib.util.find_spec(f"{home}.{last}"), name
     steps = re.findall(r"^\d+\. (.*)$", text, re.MULTILINE)
-    assert len(steps) == 10
+    assert len(steps) == 9
     for name in re.findall(r"`(\w+)`", " ".join(steps)):
         assert importlib.util.find_spec(f"gears3d.diagnosis.{name}"), name
 

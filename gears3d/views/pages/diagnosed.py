@@ -157,7 +157,7 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
     over = called(left["structure"], left.get("unit", ""))
     if found.verdict == "nothing_to_add":
         if not found.power:
-            return "Records and nominal model agree in every contact episode: no model change is needed."
+            return "Records and nominal model agree: no model change is needed."
         shown = percent(max(found.power.values())).text
         words = {"geometry": "backlash", "torque": "drag torque", "impact": "restitution"}
         *first, last = [words[place] for place in words if place in found.power]
