@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import zlib
+from collections.abc import Sequence
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -62,15 +63,16 @@ def reveal(folder: str | Path, diagnosis: str | Path) -> dict[str, Any]:
     found = Path(diagnosis)
     found = found / "diagnosis.json" if found.is_dir() else found
     told = _json(found, "verdict", "name the diagnosis.json of `gears3d diagnose RECORD... --out DIR`, or its folder")
-    return {"changed": changed, **score(open_(sealed.decode()), told)}
+    return {"changed": changed, **score(open_(sealed.decode()), told, about.get("records", ()))}
 
 
-def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
+def score(answer: dict[str, Any], diagnosis: dict[str, Any], records: Sequence[str] = ()) -> dict[str, Any]:
     """Hold a diagnosis against an answer.
 
     Args:
         answer: ``effects`` and ``unknown`` as ``Plan.told`` has them.
         diagnosis: ``verdict``, ``causes`` in order, ``remaining``.
+        records: names of the files in the order of the answer's zeros; phases count from the first without.
 
     Returns:
         As :func:`reveal`, without ``changed``.
@@ -98,6 +100,7 @@ def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
     structure = diagnosis.get("remaining", {}).get("structure", "none")
     where = {place for cause in answer["unknown"] for place in cause["coordinates"]}
     where |= {OTHER_GEAR[place] for place in where if place in OTHER_GEAR}
+    teeth = answer.get("ratio", [1, 2])
     return {
         "answer": answer,
         "verdict": verdict,
@@ -110,9 +113,7 @@ def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
         "wrong_names": [name for name in apart if name not in excused],
         "coordinate_right": structure in where if where else None,
         "parameters": _parameters(
-            [_from_zeros(effect, answer.get("zeros"), answer.get("ratio", [1, 2])) for effect in seen],
-            causes,
-            answer.get("ratio", [1, 2]),
+            [_from_zeros(effect, _zeros(effect, answer, causes, records), teeth) for effect in seen], causes, teeth
         ),
     }
 
@@ -132,12 +133,23 @@ def _alike(kind: str, name: str, among: set[str]) -> bool:
     return kind in among and (len(among) <= MEMBERS or name in ALIKE.get(kind, ()))
 
 
-def _from_zeros(effect: dict[str, Any], zeros: list[list[float]] | None, teeth: list[int]) -> dict[str, Any]:
-    """Return an effect whose phase, or tooth, counts from the zeros of the first record."""
+def _zeros(
+    effect: dict[str, Any], answer: dict[str, Any], causes: list[dict[str, Any]], records: Sequence[str]
+) -> list[float] | None:
+    """Return the zeros of the record from which the cause of an effect's kind counts its phase; ``None`` if 0."""
+    if not answer.get("zeros"):
+        return None
+    named = (Path(cause.get("phase_from", "")).name for cause in causes if cause["kind"] == effect["kind"])
+    name = next(named, "")
+    return answer["zeros"][list(records).index(name) if name in records else 0]
+
+
+def _from_zeros(effect: dict[str, Any], zeros: list[float] | None, teeth: list[int]) -> dict[str, Any]:
+    """Return an effect whose phase, or tooth, counts from the zeros of a record."""
     gear = GEARS.get(effect["kind"], effect.get("gear"))
     if not zeros or gear not in ("drive", "loose"):
         return effect
-    turned, count = zeros[0][gear == "loose"], teeth[gear == "loose"]
+    turned, count = zeros[gear == "loose"], teeth[gear == "loose"]
     moved = dict(effect)
     if "phase" in effect:
         moved["phase"] = (effect["phase"] - effect.get("order", 1) * turned + pi) % (2.0 * pi) - pi

@@ -173,7 +173,7 @@ def test_arbitrary_zeros_move_what_is_read_and_nothing_else():
             assert b[f"theta_{gear}_rad"][0] - a[f"theta_{gear}_rad"][0] == pytest.approx(turned, abs=1e-9)
 
 
-def test_phases_and_teeth_are_scored_from_the_first_record_s_zeros():
+def test_phases_and_teeth_are_scored_from_the_zeros_of_the_record_that_they_refer_to():
     effects = [{"kind": "transmission_error", "gear": "loose", "order": 3, "phase": 1.0},
                {"kind": "pitch_error", "gear": "drive", "tooth": 30},
                {"kind": "drag_position", "order": 1, "phase": 0.2}]  # fmt: skip
@@ -187,6 +187,12 @@ def test_phases_and_teeth_are_scored_from_the_first_record_s_zeros():
     assert rows[0]["error"] == pytest.approx(0.0)
     assert rows[1]["right"]
     assert (rows[2]["error"], rows[2]["right"]) == (None, None)
+    answer["zeros"] = [[1.0, 2.0], *answer["zeros"]]
+    causes[:2] = [{**one, "phase_from": "/elsewhere/record-2.parquet"} for one in causes[:2]]
+    names = ["record-1.parquet", "record-2.parquet"]
+    rows = score(answer, {"verdict": "explained", "causes": causes}, names)["parameters"]
+    assert rows[0]["error"] == pytest.approx(0.0)
+    assert rows[1]["right"]
 
 
 def test_a_sort_of_zero_that_is_not_there_is_named():
