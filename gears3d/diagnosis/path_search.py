@@ -83,8 +83,7 @@ STEADY = 4.0
 # The same of small falls, over the root of the fall: 0.5 where all windows gain equally. It was 0.45 of a restitution
 # in a rig of the blind benchmark (space3, 4); no cause is named in nine rigs without one.
 EVEN = 0.4
-# Windows that must diverge to show a cause that the others do not: fewer cannot agree significantly;
-# candidates that are fitted to these.
+# Windows that must diverge to show a cause that the others do not, and candidates that are fitted to these.
 FEWEST, FITTED_DIVERGING = 5, 2
 # Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most.
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
@@ -452,6 +451,7 @@ def _exchanged(
             (own, excluded), kind = ([], []), cause.candidate.kind
             if kind not in (BODY, SCATTER):
                 few, mine, first = _sampled(windows, found)
+                few.sampled = windows.part_of(few)  # the best one's motion is that of all windows
                 plain = _part(few, mine, less[-1])
                 gain = gain_of(few, plain, first)[0]
                 least = _least(few, gain, first.rest)

@@ -50,8 +50,7 @@ FALLS = (1.0, 6.0)
 TAKEN = (3, 5, 8, 12, 18, 27, 40, 60, 90, 130)
 # Error of the trajectory by nodes and by the drive's curve, in backlashes: that of records without noise.
 ROUNDED = 3e-4
-# Smallest root of 1/f noise per unit of ln f, relative to the noise of a mean, for which readings are whitened: motion
-# alone had up to 0.26 in six records with 0.3 % white noise.
+# Smallest root of 1/f noise per unit of ln f, over the noise of a mean, that is whitened: motion alone had up to 0.26.
 COLOURED = 0.3
 # Values of the same that are tried on residuals where 1/f noise cannot be estimated from a record.
 COLOURS = tuple(0.3 * 2.0 ** (0.5 * k) for k in range(-1, 9))
@@ -71,8 +70,7 @@ KICKS = 16
 FARTHEST_KICK = 2.0
 # Largest number of impacts and contact losses of a window over which sensitivities are propagated.
 EVENTS = 512
-# Normal forms that the model of windows covers; friction has no effect on rigid flanks, scatter none on the mean, and
-# the drive moves as measured.
+# Normal forms that windows cover; friction has no effect on rigid flanks, scatter none on the mean.
 KNOWN = (
     Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
     Code.TORQUE_FRICTION, Code.TORQUE_CARRIED, Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC,
@@ -306,10 +304,7 @@ class Windows:
         """Return a sample of at most so many windows, and which readings and kicks are theirs, (n + KICKS w,)."""
         if len(self) <= most:
             return self, np.ones(len(self.every), dtype=bool)
-        few, mine = self.only(np.unique(np.linspace(0, len(self) - 1, most).round().astype(int)))
-        own, every = (np.bincount(one.record, minlength=len(self.zeros)) for one in (few, self))
-        few.sampled = np.where(own > 0, self.sampled * own / np.maximum(every, 1), 1.0)
-        return few, mine
+        return self.only(np.unique(np.linspace(0, len(self) - 1, most).round().astype(int)))
 
     def only(self, picked: Array) -> tuple[Windows, Array]:
         """Return windows by their numbers, and which readings and kicks are theirs, (n + KICKS w,)."""
@@ -327,6 +322,11 @@ class Windows:
         few.window = number[self.window][mine]
         few.every, few.order = few._numbered()
         return few, number[self.every] >= 0
+
+    def part_of(self, few: Windows) -> Array:
+        """Return the part of each record's windows that are among few of them, 1 without any, (r,)."""
+        own, every = (np.bincount(one.record, minlength=len(self.zeros)) for one in (few, self))
+        return np.where(own > 0, own / np.maximum(every, 1), 1.0)
 
     def until(self, part: float) -> Windows:
         """Return the windows shortened to a part of their length, with starts, datums and weights of their own."""

@@ -42,3 +42,11 @@ def test_a_law_of_contact_with_others_is_named_anywhere(seed, kinds):
     told = play(next(iter(cases("space3", seed, 1))))
     assert set(told["kinds_right"]) == kinds
     assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+def test_an_encoder_of_the_drive_is_a_rival_of_a_transmission_error_under_oil():
+    """Both fit equally; the rival paid three times for the motion of the drive, and was excluded."""
+    told = play(next(iter(cases("space3", 354, 1))))
+    assert told["set_right"]
+    assert told["wrong_names"] == []

@@ -458,6 +458,7 @@ def test_a_prior_of_the_motion_counts_in_a_sample_by_its_part_of_the_windows(sho
     every = polished(windows, fitted(windows, state_of(windows, (), windows.residuals(()))))
     restore(windows, every)
     few, _ = windows.some(len(windows) // 3)
+    few.sampled = windows.part_of(few)
     at = state_of(few, (), few.residuals(()))
     part = len(few) / len(windows)
     assert few.sampled == pytest.approx(part)
