@@ -56,6 +56,16 @@ def shot(rig, effects=()):
     return Windows(rig, [known], [rig.period], [(0.0, 0.0)]), known
 
 
+def with_uncertain_drive(rig, sigma, turn_sigma, shared=0.0):
+    """Windows of a rig whose drive's harmonics have an uncertainty [rad, rad/s]."""
+    _, known = shot(rig)
+    waves = known.steady.curve.waves._replace(sigma=sigma, turn_sigma=turn_sigma)
+    steady = known.steady._replace(curve=replace(known.steady.curve, waves=waves))
+    windows = Windows(rig, [replace(known, steady=steady, shared=shared)], [rig.period])
+    windows.restart((), anew=True)
+    return windows
+
+
 def unit_of(effect, name):
     from gears3d.units import FAMILIES
 
@@ -423,11 +433,7 @@ def test_phases_count_from_the_first_record_that_shows_them(short):
 
 def test_harmonics_of_the_drive_are_fitted_within_their_uncertainty(short):
     """Errors of a drive that is known to 0.1 % were explained by drag in contact, next to the hidden torque."""
-    _, known = shot(short)
-    waves = known.steady.curve.waves._replace(sigma=1e-4, turn_sigma=2e-3)
-    curve = replace(known.steady.curve, waves=waves)
-    windows = Windows(short, [replace(known, steady=known.steady._replace(curve=curve))], [short.period])
-    windows.restart((), anew=True)
+    windows = with_uncertain_drive(short, sigma=1e-4, turn_sigma=2e-3)
     asked = windows.motion.copy()
     asked[0, [0, 1, -1]] = 1.0, -0.5, 0.8  # cosine and sine of the fluctuation, and its frequency
     windows.motion = asked
@@ -444,11 +450,7 @@ def test_harmonics_of_the_drive_are_fitted_within_their_uncertainty(short):
 
 def test_a_prior_of_the_motion_counts_in_a_sample_by_its_part_of_the_windows(short):
     """It counted in full: causes fitted to a sample, with a motion nearer to 0 than in all windows, were excluded."""
-    _, known = shot(short)
-    waves = known.steady.curve.waves._replace(sigma=3e-7, turn_sigma=1e-9)
-    curve = replace(known.steady.curve, waves=waves)
-    windows = Windows(short, [replace(known, steady=known.steady._replace(curve=curve))], [short.period])
-    windows.restart((), anew=True)
+    windows = with_uncertain_drive(short, sigma=3e-7, turn_sigma=1e-9)
     asked = np.zeros_like(windows.motion)
     asked[0, :2] = 8.0, -4.0
     windows.motion = asked
@@ -469,13 +471,8 @@ def test_a_prior_of_the_motion_counts_in_a_sample_by_its_part_of_the_windows(sho
 
 
 def test_sensitivities_to_the_motion_of_the_drive_are_slopes(short):
-    _, known = shot(short)
-    waves = known.steady.curve.waves._replace(sigma=1e-7, turn_sigma=1e-6)
-    curve = replace(known.steady.curve, waves=waves)
     for shared in (0.0, 1.0):  # part of the drive's readings less the curve that the displacement is free of
-        one = replace(known, steady=known.steady._replace(curve=curve), shared=shared)
-        windows = Windows(short, [one], [short.period])
-        windows.restart((), anew=True)
+        windows = with_uncertain_drive(short, sigma=1e-7, turn_sigma=1e-6, shared=shared)
         along = windows.along(())
         for k, column in enumerate(along.driven()):
             windows.motion = np.eye(windows.motion.shape[1])[k : k + 1]
