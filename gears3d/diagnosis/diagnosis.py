@@ -12,6 +12,7 @@ import tomllib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -58,8 +59,9 @@ from gears3d.diagnosis.search import (
     posterior,
     rivals,
 )
-from gears3d.diagnosis.shooting import NOISE, Windows, shootable
+from gears3d.diagnosis.shooting import LONG, NOISE, Windows, shootable
 from gears3d.diagnosis.validity import (
+    level_in,
     own_scatter,
     phase_notes,
     scatter_patterns,
@@ -308,11 +310,13 @@ class Shown(NamedTuple):
         windows: of the records.
         candidates: causes.
         records: those of the windows, not segmented.
+        longer: makes windows in which causes must predict the motion.
     """
 
     windows: Windows
     candidates: list[Candidate]
     records: list[Evidence]
+    longer: Callable[[], Windows]
 
 
 def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | None:
@@ -332,7 +336,8 @@ def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | N
         return None
     periods = [rig.period if rig.motion.harmonics else np.inf for rig in rigs]
     unmarked = [tuple(one.recording.meta.get("zero_arbitrary", ())) for one, _ in tracks]
-    windows = Windows(rigs[0], [known for _, known in tracks], periods, unmarked)
+    made = partial(Windows, rigs[0], [known for _, known in tracks], periods, unmarked)
+    windows = made()
     lasts = max(float(known.time[-1] - known.time[0]) for _, known in tracks)
     rig = replace(rigs[0].rig(), mean_speed=float(np.mean([abs(one.motion.mean) for one in rigs])))
     asked = [one for one in candidates(rig, lasts, highest) if one.kind not in UNSEEN]
@@ -351,7 +356,26 @@ def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | N
     blank = [
         replace(uncut(rig, one.file), unmarked=lost) for rig, (one, _), lost in zip(rigs, tracks, unmarked, strict=True)
     ]
-    return Shown(windows, asked, blank)
+    return Shown(windows, asked, blank, partial(made, LONG))
+
+
+def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, Path] | None:
+    """Return windows and the causes that their trajectories show; ``None`` with too few.
+
+    Causes are searched in longer windows where those found do not predict them, or have a law of contact: over one fall
+    across the backlash a slow flight fits the motion on compliant teeth or in oil, and so does one of these the other.
+    """
+    windows, path = seen.windows, path_search(seen.windows, seen.candidates, progress)
+    if path is None or path.scatter is not None or not path.causes or windows.long:
+        return path and (windows, path)
+    longer = seen.longer()
+    longer.zeros, longer.turned, longer.motion = windows.zeros.copy(), windows.turned.copy(), windows.motion
+    level = level_in(longer, path.causes) if len(longer) else 0.0
+    if level < NOISE * path.after and not {one.candidate.kind for one in path.causes} & {OIL, SOFT}:
+        return windows, path
+    longer = seen.longer()  # datums of wrong causes are wrong
+    again = path_search(longer, seen.candidates)
+    return (longer, again) if again is not None and NOISE * again.after < level else (windows, path)
 
 
 def along_path(
@@ -368,13 +392,13 @@ def along_path(
         progress: called with the part that is done.
     """
     seen = shown(admitted, paths, highest)
-    path = None if seen is None else path_search(seen.windows, seen.candidates, progress)
-    if seen is None or path is None:
+    if seen is None or (searched := _searched(seen, progress)) is None:
         return None
-    by = dict(zip([one.name for one in seen.records], seen.windows.turned.tolist(), strict=True))
+    windows, path = searched
+    by = dict(zip([one.name for one in seen.records], windows.turned.tolist(), strict=True))
     measured, there = [turn(one, *by.get(one.name, (0.0, 0.0))) for one in records], {one.name for one in records}
     others = [replace(one, turned=tuple(by[one.name])) for one in seen.records if one.name not in there]
-    found = AlongPath(seen.windows, path, measured, others, list(by))
+    found = AlongPath(windows, path, measured, others, list(by))
     if records and others and not (found.accounts and found.holds_of(others)):  # these may be of another rig
         fewer = along_path(records, [one for one in admitted if one.file in there], paths, highest, progress)
         many = fewer is not None and len(others) > len(records)

@@ -89,10 +89,9 @@ FEWEST, FITTED_DIVERGING = 5, 2
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
 # Candidates that are fitted in a forward step, and with a law of contact, where a run takes several times as long.
 FITTED = (7, 3)
-# Part of what a cause explains by which another must explain less to be excluded: the rest may be model error.
-SAME = 0.01
-# Part of the residual chi-square beyond noise by which another cause must be worse to be excluded.
-LEFT = 0.25
+# Parts of what a cause explains, and of the residual chi-square beyond noise, by which another must be worse to be
+# excluded: the rest may be model error.
+SAME, LEFT = 0.01, 0.25
 # Standard errors over windows by which the difference of two hypotheses must differ from 0.
 APART = 3.0
 # Largest part of the error that a second body may leave to be the first cause.
@@ -185,7 +184,8 @@ def path_search(
         others.append(tuple(sorted([*fits, *excluded], key=lambda one: one.worse)))
     restore(windows, found)
     found = referenced(windows, found)
-    level, unsure = windows.level(found.rest), _by_motion(windows, [found, *(one for own, _ in instead for one in own)])
+    able = [found, *(one for own, _ in instead for one in own)]
+    level, unsure = windows.level(found.rest), max(fall_of(windows, uncorrected(windows, x), x.rest)[0] for x in able)
     restore(windows, found)
     usual, covariance = windows.level(windows.missed(effects_of(found.causes))), covariance_of(windows, found)
     made = Path(
@@ -198,11 +198,6 @@ def path_search(
     rows = [row for one in found.causes if one.effect is not None for row in one.effect.rows(windows.values)]
     mean = float(restitution([*windows.base, *rows], windows.values.restitution, np.zeros(1), np.zeros(1))[0])
     return _scatter_separated(made, mean)
-
-
-def _by_motion(windows: Windows, states: Sequence[State]) -> float:
-    """Return the largest fall of chi-square, over its level, by corrections of the drive's motion in states."""
-    return max(fall_of(windows, uncorrected(windows, one), one.rest)[0] for one in states)
 
 
 def _scatter_separated(path: Path, mean: float) -> Path:
@@ -332,10 +327,12 @@ def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, f
 def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State:
     """Return the state of a search that begins with a law of contact, where that explains as much more simply, or more.
 
-    It is tried where causes leave more than noise, or need a motion of the drive that its readings exclude.
+    It is tried where causes leave more than noise, need a motion of the drive that its readings exclude, or, in long
+    windows, have another law.
     """
-    level, there = float(np.median(windows.level(found.rest))), [one.candidate.kind for one in found.causes]
-    if BODY in there or not there or max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) < 1.0:
+    level, there = float(np.median(windows.level(found.rest))), {one.candidate.kind for one in found.causes}
+    far = max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) > 1.0
+    if BODY in there or not there or not (far or (there & {OIL, SOFT} and windows.long)):
         return found
     few, _, first = _sampled(windows, base)
     others = [one for one in known if one.kind not in there]

@@ -44,8 +44,8 @@ NODES = 384
 BINS = 256
 # Largest number of windows of all records: numbers of causes are then known to 10 % of their smallest size.
 MOST = 96
-# Shortest and longest window, in falls across the backlash; a period of the drive in between.
-FALLS = (1.0, 6.0)
+# Shortest and longest window, in falls across the backlash, a period of the drive in between; shortest that is long.
+FALLS, LONG = (1.0, 6.0), 3.0
 # Numbers of means of readings to which a free flight is fitted for an initial start.
 TAKEN = (3, 5, 8, 12, 18, 27, 40, 60, 90, 130)
 # Error of the trajectory by nodes and by the drive's curve, in backlashes: that of records without noise.
@@ -140,15 +140,16 @@ class Windows:
         tracks: trajectories of the records.
         periods: of the drive's fluctuation in each record [s].
         unmarked: gears of each record without an index mark.
+        least: shortest window, in falls across the backlash.
     """
 
     def __init__(
-        self, rig: Scenario, tracks: Sequence[Track], periods: Sequence[float], unmarked: Sequence[Sequence[str]] = ()
-    ) -> None:
+        self, rig: Scenario, tracks: Sequence[Track], periods: Sequence[float],
+        unmarked: Sequence[Sequence[str]] = (), least: float = FALLS[0],
+    ) -> None:  # fmt: skip
         self.rig, self.pair, self.values = rig, rig.pair(), rig.rig()
         self.radii = self.values.base_radius_drive, self.values.base_radius_loose
-        self.backlash = self.values.backlash
-        self.lever = self.radii[1] / self.values.inertia
+        self.backlash, self.lever = self.values.backlash, self.radii[1] / self.values.inertia
         slowing = self.lever * max(self.values.drag_torque, 1e-12)
         self.fall = float(np.sqrt(2.0 * self.backlash / slowing))
         self.base, self.effects = rig.rows(), rig.effects
@@ -159,14 +160,14 @@ class Windows:
         self.lost = np.array([[gear in own for gear in GEARS] for own in unmarked or [()] * len(tracks)])
         rows, seen = [], []
         for k, (known, period) in enumerate(zip(tracks, periods, strict=True)):
-            for at, span in self._spans(k, known, period, max(MOST // len(tracks), 1)):
+            for at, span in self._spans(k, known, period, max(MOST // len(tracks), 1), least):
                 rows.append((k, at, span))
                 seen.append(self._read(k, known, at, span))
         self.guessed = self.zeros.copy()
         self.record = np.array([row[0] for row in rows], dtype=int)
         self.begin = np.array([row[1] for row in rows])
         span = np.array([row[2] for row in rows])
-        self.step = span / (NODES - 1)
+        self.step, self.long = span / (NODES - 1), bool(np.all(span > 0.99 * LONG * self.fall))
         time = self.begin[:, None] + np.linspace(0.0, 1.0, NODES) * span[:, None]
         curves = [known.steady.curve for known in tracks]
         along = [(curves[k], at) for k, at in zip(self.record, time, strict=True)]
@@ -210,13 +211,13 @@ class Windows:
         time, loose = known.time[rows], known.shown[rows] + known.lift
         return time, self.radii[1] * loose - self.radii[0] * known.steady.curve(time) - self.origins[k]
 
-    def _spans(self, k: int, known: Track, period: float, most: int) -> list[tuple[float, float]]:
+    def _spans(self, k: int, known: Track, period: float, most: int, least: float) -> list[tuple[float, float]]:
         """Return beginnings and durations of the windows of a record, and set the record's datum.
 
         A window begins early in the longest flight of its period, where readings determine place and speed best.
         """
         first, last = float(known.time[0]), float(known.time[-1])
-        span = float(np.clip(period, FALLS[0] * self.fall, FALLS[1] * self.fall))
+        span = float(np.clip(period, least * self.fall, FALLS[1] * self.fall))
         margin = 0.02 * (last - first)
         look = min(max(period, span), 0.5 * (last - first - 2.0 * margin))
         count = max(min(most, int((last - first - 2.0 * margin) / max(look, span))), 0)
@@ -597,9 +598,8 @@ class Windows:
         own = own / np.where(size > 0.0, size, 1.0)[:, :, None]
         inverse = np.linalg.pinv(own @ own.transpose(0, 2, 1), rcond=1e-9, hermitian=True)
         step = (inverse @ (own @ left))[:, :, 0] / np.where(size > 0.0, size, 1.0)
-        own = len(columns) - (KICKS if spread else 0)
+        own, now = len(columns) - (KICKS if spread else 0), self.starts
         by, units = np.clip(step[:, :own], -most, most), self.units()
-        now = self.starts
         kicks = now.kicks + spread * np.clip(step[:, own:], -FARTHEST_KICK, FARTHEST_KICK) if spread else now.kicks
         twist = now.twist + by[:, 2:] * self.turns() if own > 2 else now.twist
         return Starts(now.place + by[:, 0] * units[0], now.rate + by[:, 1] * units[1], now.mode, kicks, twist)

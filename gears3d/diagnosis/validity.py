@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
+from gears3d.diagnosis import path_fit
 from gears3d.diagnosis.causes import ACCEPT, fit, score, table
 from gears3d.diagnosis.path_candidates import scatter
 from gears3d.diagnosis.path_fit import LAWS
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.pitch_error import ShortTooth
     from gears3d.diagnosis.residual_tests import Split
     from gears3d.diagnosis.search import Rival, Search
+    from gears3d.diagnosis.shooting import Windows
     from gears3d.measured.checks import Admitted
     from gears3d.measured.segmentation import Track
     from gears3d.scenario import Scenario
@@ -148,6 +150,20 @@ def tested_by_prediction(
     ]
     accepted = _rejecting(accepted, bad, stated)
     return accepted, left if accepted.causes else []
+
+
+def level_in(longer: Windows, causes: Sequence[Cause]) -> float:
+    """Return the median mean square of residuals in longer windows, with the starts alone fitted.
+
+    Args:
+        longer: windows, with datums and motion of those to which the causes were fitted.
+        causes: with their numbers.
+    """
+    effects = path_fit.effects_of(causes)
+    longer.restart(effects, anew=True)
+    rest = path_fit.settled(longer, effects, longer.residuals(effects))
+    rest = path_fit.refined(longer, effects, path_fit.followed(longer, effects, rest))
+    return float(np.median(longer.level(rest)))
 
 
 def tested_by_path(accepted: Accepted, path: Path, wrong: Sequence[bool], agrees: bool) -> Accepted:

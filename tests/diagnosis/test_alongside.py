@@ -35,6 +35,8 @@ def test_no_law_is_named_for_what_is_unknown(tmp_path, unknown):
         (338, {"backlash_offset", "oil_film"}),  # only windows that diverge show the first
         (346, {"eccentricity", "tooth_compliance"}),  # a film of oil stood for the second
         (361, {"eccentricity", "tooth_compliance"}),  # the same, found last
+        (388, {"eccentricity", "drag_coulomb", "oil_film"}),  # a torque stood for all, over one fall
+        (392, {"eccentricity", "tooth_compliance"}),  # the same
     ],
 )
 def test_a_law_of_contact_with_others_is_named_anywhere(seed, kinds):

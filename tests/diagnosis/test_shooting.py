@@ -25,8 +25,9 @@ from gears3d.diagnosis.path_fit import (
     widths_of,
 )
 from gears3d.diagnosis.path_search import against, path_search
-from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
+from gears3d.diagnosis.shooting import LONG, Starts, Windows, at_rest, shootable
 from gears3d.diagnosis.shooting_kernels import shoot
+from gears3d.diagnosis.validity import level_in
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit_all
 from gears3d.measured.segmentation import path_of
@@ -513,6 +514,31 @@ def test_a_cause_gains_in_its_own_place_as_much_without_index_marks(short):
         rest = windows.residuals([cause.effect])
         gains.append(scores_of(windows, [asked], state_of(windows, (cause,), rest), place=0)[0][0].gain)
     assert gains[1] == pytest.approx(gains[0], rel=0.02)
+
+
+def test_longer_windows_tell_compliant_teeth_from_a_small_torque():
+    """On teeth softer than the fluctuation is fast the gear hardly moves: over one fall, as without drag."""
+    rig = load(RIG)
+    fall = shot(rig)[0].fall
+    wave = {"amplitude": "0.3 rpm", "frequency": f"{3.0 / fall!r} Hz"}
+    fast = rig.with_({"motion.harmonics": [wave], "run.duration": f"{60.0 * fall!r} s", "run.settle": "0.5 s"})
+    effect = catalogue()["tooth_compliance"](stiffness=4e3, damping=10.0)
+    known = shot(fast, [effect])[1]
+    short, long = (Windows(fast, [known], [fast.period], least=least) for least in (1.0, LONG))
+    assert long.long
+    assert not short.long
+    short.restart((), anew=True)
+    rest = short.residuals(())
+    drag = next(one for one in known_of(fast, short) if one.kind == "drag_coulomb")
+    found = polished(short, fitted(short, state_of(short, (begin(drag, np.array([-0.3])),), rest)), thorough=True)
+    soft = begin(Candidate("tooth_compliance", {"damping": 10.0}, "stiffness", 1.0, False, ()), np.array([4e3]))
+    long.zeros = short.zeros.copy()
+    assert level_in(long, found.causes) > 3.0 * np.median(short.level(found.rest))
+    for _ in range(2):
+        long.restart([soft.effect], anew=True)
+        long.zeros = long.zeros + np.median(long.missed([soft.effect]))
+    fitted(long, state_of(long, (soft,), long.residuals([soft.effect])))
+    assert level_in(long, [soft]) < 1.5
 
 
 @pytest.mark.slow
