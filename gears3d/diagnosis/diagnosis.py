@@ -375,7 +375,7 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
         return windows, path
     longer = seen.longer()  # datums of wrong causes are wrong
     again = path_search(longer, seen.candidates)
-    return (longer, again) if again is not None and NOISE * again.after < level else (windows, path)
+    return (longer, again) if again is not None and again.after < level else (windows, path)
 
 
 def along_path(

@@ -35,6 +35,7 @@ def test_no_law_is_named_for_what_is_unknown(tmp_path, unknown):
         (338, {"backlash_offset", "oil_film"}),  # only windows that diverge show the first
         (346, {"eccentricity", "tooth_compliance"}),  # a film of oil stood for the second
         (361, {"eccentricity", "tooth_compliance"}),  # the same, found last
+        (364, {"backlash_variation", "drag_drift", "tooth_compliance"}),  # order 8 stood for order 4
         (388, {"eccentricity", "drag_coulomb", "oil_film"}),  # a torque stood for all, over one fall
         (392, {"eccentricity", "tooth_compliance"}),  # the same
     ],
