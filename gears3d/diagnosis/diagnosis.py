@@ -365,7 +365,8 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
     Causes are searched in longer windows where those found do not predict them, or have a law of contact: over one fall
     across the backlash a slow flight fits the motion on compliant teeth or in oil, and so does one of these the other.
     """
-    windows, path = seen.windows, path_search(seen.windows, seen.candidates, progress)
+    windows, part_of_all = seen.windows, 1.0 if seen.windows.long else 0.5
+    path = path_search(windows, seen.candidates, lambda part: progress(part_of_all * part))
     if path is None or path.scatter is not None or not path.causes or windows.long:
         return path and (windows, path)
     longer = seen.longer()
@@ -374,7 +375,7 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
     if level < NOISE * path.after and not {one.candidate.kind for one in path.causes} & {OIL, SOFT}:
         return windows, path
     longer = seen.longer()  # datums of wrong causes are wrong
-    again = path_search(longer, seen.candidates)
+    again = path_search(longer, seen.candidates, lambda part: progress(0.5 + 0.5 * part))
     return (longer, again) if again is not None and again.after < level else (windows, path)
 
 
