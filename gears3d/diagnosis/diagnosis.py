@@ -30,7 +30,7 @@ from gears3d.diagnosis.causes import (
 )
 from gears3d.diagnosis.evidence import Paths, has_compliance, uncut
 from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
-from gears3d.diagnosis.path_search import Against, Path, against, halves, path_search
+from gears3d.diagnosis.path_search import Path, path_search
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
 from gears3d.diagnosis.preprocessing import Note, segmented, settled, turn, usable
 from gears3d.diagnosis.residual_patterns import Resonance, Structure, resonance
@@ -61,14 +61,15 @@ from gears3d.diagnosis.search import (
 )
 from gears3d.diagnosis.shooting import LONG, NOISE, Windows, shootable
 from gears3d.diagnosis.validity import (
+    Against,
+    against,
+    halves,
     level_in,
     own_scatter,
-    phase_notes,
     scatter_patterns,
     split_accepted,
     tested_by_path,
     tested_by_prediction,
-    tooth_notes,
 )
 from gears3d.diagnosis.verdict import (
     PLACES,
@@ -76,8 +77,10 @@ from gears3d.diagnosis.verdict import (
     classify,
     facts_of,
     minimum_detectable,
+    phase_notes,
     record_contributions,
     remaining,
+    tooth_notes,
 )
 from gears3d.effects import Code, catalogue
 from gears3d.errors import Fault, InputError

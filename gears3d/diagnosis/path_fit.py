@@ -76,8 +76,6 @@ SHIFTS, TURNS, LOOKED = tuple(0.1 * k for k in range(-6, 7)), 8, 32
 DETERMINED = 0.5
 # Sizes in units from the best of which the fit of a scatter begins, and rounds of its re-estimation from the kicks.
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
-# Standard deviations at which chi-square is compared with its parabola, largest factor on them, and rounds of its fits.
-SIGMAS, WIDEST, PROFILED = 2.0, 32.0, 3
 # Parts of a window, increasing from its beginning, to whose readings starts and kicks are fitted in turn.
 REACHES = tuple(0.08 * 1.25**k for k in range(12))
 
@@ -758,42 +756,3 @@ def covariance_of(windows: Windows, now: State) -> Array:
         at, body = kinds.index(BODY), next(one for one in now.causes if one.candidate.kind == BODY)
         made[[at, at + 1], [at, at + 1]] += (SWAYED * np.array([float(body.numbers[0]), 1.0])) ** 2
     return made
-
-
-def widths_of(windows: Windows, now: State, covariance: Array) -> Array:
-    """Return factors on the standard deviation of each number, below and above, by the profile of chi-square, (p, 2).
-
-    Far from its minimum chi-square is not quadratic: torques that keep the gear on its flank all fit equally. The
-    directions of an order are its amplitude and phase.
-    """
-    made, at = [], 0
-    for k, cause in enumerate(now.causes):
-        own = covariance[at : at + len(cause.numbers), at : at + len(cause.numbers)]
-        at += len(cause.numbers)
-        ways = np.eye(len(cause.numbers))
-        if cause.candidate.phased:
-            cosine, sine = cause.numbers[:2] / max(float(np.hypot(*cause.numbers[:2])), 1e-300)
-            ways[:2, :2] = [[cosine, sine], [-sine, cosine]]
-        others = (*now.causes[:k], *now.causes[k + 1 :])
-        for way in ways * np.sqrt(np.einsum("ij,jk,ik->i", ways, own, ways))[:, None]:
-            kept = cause.candidate.kind == SCATTER  # its size maximises the evidence, not the likelihood
-            made.append([1.0, 1.0] if kept else [_width(windows, now, cause, others, by) for by in (-way, way)])
-    restore(windows, now)
-    return np.array(made).reshape(-1, 2)
-
-
-def _width(windows: Windows, now: State, cause: Cause, others: Sequence[Cause], by: Array) -> float:
-    """Return the factor on a standard deviation of a cause in a direction, at least 1."""
-    width, before = 1.0, (0.0, 0.0)
-    while width < WIDEST:
-        restore(windows, now)
-        trial = (cause._replace(numbers=cause.numbers + SIGMAS * width * by), *others)
-        try:
-            fit = state_of(windows, trial, windows.residuals(effects_of(trial)))
-        except InputError:  # a rig cannot have it
-            break
-        rise = np.sqrt(max(gain_of(windows, fitted(windows, fit, PROFILED, held=1), now)[0], 0.0))
-        if rise >= SIGMAS:
-            return max(before[0] + (width - before[0]) * (SIGMAS - before[1]) / (rise - before[1]), 1.0)
-        width, before = 2.0 * width, (width, float(rise))
-    return width

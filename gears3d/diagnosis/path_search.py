@@ -68,9 +68,9 @@ from gears3d.diagnosis.path_fit import (
     size_of,
     state_of,
     uncorrected,
-    widths_of,
 )
 from gears3d.diagnosis.prediction import restitution, unclipped
+from gears3d.diagnosis.run_information import widths_of
 from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.effects import SensorEffect
@@ -144,20 +144,6 @@ class Path(NamedTuple):
         return None if k is None else self.widths[at[k] : at[k + 1]]
 
 
-class Against(NamedTuple):
-    """Causes of the channel search, fitted to the trajectory.
-
-    Args:
-        causes: with the numbers that fit the trajectory.
-        covariance: of these [SI], (p, p).
-        level: median mean square of a window's residuals with them.
-    """
-
-    causes: tuple[Cause, ...]
-    covariance: Array
-    level: float
-
-
 def path_search(
     windows: Windows, known: Sequence[Candidate], progress: Callable[[float], None] = lambda part: None
 ) -> Path | None:
@@ -215,56 +201,6 @@ def _scatter_separated(path: Path, mean: float) -> Path:
         covariance=covariance, widths=np.delete(path.widths, at, axis=0), gains=np.delete(path.gains, k),
         scatter=Scatter(value, sigma, float(path.gains[k]), 1.0, 0.0),
     )  # fmt: skip
-
-
-def halves(windows: Windows, causes: Sequence[Cause]) -> list[tuple[float, float, float, float, float]]:
-    """Return the held-out prediction of every second window by causes fitted to the others, and vice versa.
-
-    Args:
-        windows: of the records, with starts that fit.
-        causes: with their numbers.
-
-    Returns:
-        Mean square of residuals without and with the causes, in variances of the noise; their root mean squares [m];
-        gain in log-likelihood.
-    """
-    made, before = [], state_of(windows, causes, windows.read)
-    for first in (0, 1):
-        parts = [windows.only(np.arange(k, len(windows), 2))[0] for k in (first, 1 - first)]
-        for one in parts:
-            one.zeros, one.turned = before.zeros.copy(), before.turned.copy()
-        now = fitted(parts[0], state_of(parts[0], causes, parts[0].read))
-        held, levels = parts[1], []
-        for trial in ((), now.causes):
-            held.restart(effects_of(trial))
-            rest = settled(held, effects_of(trial), held.residuals(effects_of(trial)))
-            level, missed = held.level(rest), held.level(held.missed(effects_of(trial)))
-            levels.append((float(np.median(level)), float(np.sqrt(np.median(missed))), state_of(held, trial, rest)))
-        (base, off, blind), (extended, left, more) = levels
-        gain = 0.5 * gain_of(held, blind, more)[0]
-        made.append((base, extended, off, left, gain))
-    restore(windows, before)
-    return made
-
-
-def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[float, float]]) -> Against | None:
-    """Return causes of the channel search fitted to the trajectory; ``None`` where the rig cannot have them.
-
-    Args:
-        windows: of the records, with starts that fit.
-        causes: of the channel search.
-        turned: shifts of the angular datums of both gears in each record [rad].
-    """
-    before = state_of(windows, (), windows.read)
-    windows.turned = np.array(turned, float).reshape(-1, 2)
-    try:
-        rest = windows.residuals(effects_of(causes))
-        found = polished(windows, fitted(windows, state_of(windows, causes, rest)))
-        return Against(found.causes, covariance_of(windows, found), float(np.median(windows.level(found.rest))))
-    except InputError:
-        return None
-    finally:
-        restore(windows, before)
 
 
 def _opened(windows: Windows) -> State:

@@ -7,7 +7,7 @@ such window, for the views.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -23,7 +23,7 @@ from gears3d.diagnosis.preprocessing import Note, moved, turn
 from gears3d.diagnosis.residual_patterns import Structure, bin_pattern, channel_of
 from gears3d.diagnosis.residual_tests import FALSE_ALARM, are_coarse, restitution_patterns, single_record_note
 from gears3d.diagnosis.search import directions
-from gears3d.diagnosis.verdict import Named, name_causes, reported_in_addition
+from gears3d.diagnosis.verdict import SAME_SPEED, Named, cause_notes, name_causes, reported_in_addition, speed_notes
 from gears3d.effects import Code, SensorEffect
 from gears3d.errors import EngineError, Fault, InputError
 from gears3d.lumped.pickup import Start, pick_up
@@ -52,14 +52,6 @@ FEWEST_PERIODS = 3.0
 FEWEST_EVENTS = 8
 # Minimum number of periods of an order, or revolutions of a tooth, in one record.
 FEWEST_REVOLUTIONS = 2.0
-# Ratio of mean speeds below which they count as one.
-SAME_SPEED = 1.25
-# Relative deviation of two of the rig's numbers that indicates another test rig.
-OTHER_RIG = 0.5
-# Ratio of a deviation to the backlash above which a note on the gears' size is given.
-GEAR_SIZE = 0.1
-# Torques that depend on speed alone, with the number of parameters of each.
-SPEED_LAWS = {"drag_coulomb": 1, "drag_viscous": 1, "drag_power": 2, "drag_differential": 2}
 EVENTS_OF = {"torque": "flights", "impact": "impacts"}
 # Scatter of restitution, in units of the coefficient, that segmentation causes by itself.
 SEGMENTATION_SCATTER = 0.05
@@ -164,6 +156,74 @@ def level_in(longer: Windows, causes: Sequence[Cause]) -> float:
     rest = path_fit.settled(longer, effects, longer.residuals(effects))
     rest = path_fit.refined(longer, effects, path_fit.followed(longer, effects, rest))
     return float(np.median(longer.level(rest)))
+
+
+class Against(NamedTuple):
+    """Causes of the channel search, fitted to the trajectory.
+
+    Args:
+        causes: with the numbers that fit the trajectory.
+        covariance: of these [SI], (p, p).
+        level: median mean square of a window's residuals with them.
+    """
+
+    causes: tuple[Cause, ...]
+    covariance: Array
+    level: float
+
+
+def halves(windows: Windows, causes: Sequence[Cause]) -> list[tuple[float, float, float, float, float]]:
+    """Return the held-out prediction of every second window by causes fitted to the others, and vice versa.
+
+    Args:
+        windows: of the records, with starts that fit.
+        causes: with their numbers.
+
+    Returns:
+        Mean square of residuals without and with the causes, in variances of the noise; their root mean squares [m];
+        gain in log-likelihood.
+    """
+    made, before = [], path_fit.state_of(windows, causes, windows.read)
+    for first in (0, 1):
+        parts = [windows.only(np.arange(k, len(windows), 2))[0] for k in (first, 1 - first)]
+        for one in parts:
+            one.zeros, one.turned = before.zeros.copy(), before.turned.copy()
+        now = path_fit.fitted(parts[0], path_fit.state_of(parts[0], causes, parts[0].read))
+        held, levels = parts[1], []
+        for trial in ((), now.causes):
+            held.restart(path_fit.effects_of(trial))
+            rest = path_fit.settled(held, path_fit.effects_of(trial), held.residuals(path_fit.effects_of(trial)))
+            level, missed = held.level(rest), held.level(held.missed(path_fit.effects_of(trial)))
+            levels.append(
+                (float(np.median(level)), float(np.sqrt(np.median(missed))), path_fit.state_of(held, trial, rest))
+            )
+        (base, off, blind), (extended, left, more) = levels
+        gain = 0.5 * path_fit.gain_of(held, blind, more)[0]
+        made.append((base, extended, off, left, gain))
+    path_fit.restore(windows, before)
+    return made
+
+
+def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[float, float]]) -> Against | None:
+    """Return causes of the channel search fitted to the trajectory; ``None`` where the rig cannot have them.
+
+    Args:
+        windows: of the records, with starts that fit.
+        causes: of the channel search.
+        turned: shifts of the angular datums of both gears in each record [rad].
+    """
+    before = path_fit.state_of(windows, (), windows.read)
+    windows.turned = np.array(turned, float).reshape(-1, 2)
+    try:
+        rest = windows.residuals(path_fit.effects_of(causes))
+        found = path_fit.polished(windows, path_fit.fitted(windows, path_fit.state_of(windows, causes, rest)))
+        return Against(
+            found.causes, path_fit.covariance_of(windows, found), float(np.median(windows.level(found.rest)))
+        )
+    except InputError:
+        return None
+    finally:
+        path_fit.restore(windows, before)
 
 
 def tested_by_path(accepted: Accepted, path: Path, wrong: Sequence[bool], agrees: bool) -> Accepted:
@@ -276,81 +336,6 @@ def _revolutions(one: Evidence, gear: str) -> float:
     angle = one.channels.drive.angle
     turns = float(np.ptp(angle)) / (2.0 * pi) if len(angle) else 0.0
     return turns if gear == "drive" else turns * one.radii[0] / one.radii[1]
-
-
-def cause_notes(rig: Scenario, effects: Iterable[Any]) -> list[Note]:
-    """Return doubts raised by the causes themselves."""
-    claims = {
-        "backlash": (rig.rig().backlash, "backlash_offset", "offset", "length", "mount.backlash"),
-        "drag torque": (rig.rig().drag_torque, "drag_coulomb", "torque", "torque", "drag.torque"),
-        "restitution": (rig.rig().restitution, "restitution_offset", "offset", "ratio", "impact.restitution"),
-    }
-    notes, off = [], []
-    for name, (claim, kind, parameter, family, key) in claims.items():
-        change = sum(getattr(one, parameter) for one in effects if one.kind == kind)
-        if claim > 0.0 and abs(change) > OTHER_RIG * claim:
-            now, was = (
-                (f"{each:.3g}" if family == "ratio" else show(each, family, 3)) for each in (claim + change, claim)
-            )
-            off.append(f"{name} {now} instead of {was}")
-        if 0.0 < abs(change) < 1.96 * rig.uncertainty.get(key, 0.0):
-            text = f"{name}: the change is within the uncertainty that the rig states for it"
-            notes.append(Note("within-uncertainty", text, f"state {key} as found"))
-        if kind == "drag_coulomb" and change and claim + change > 0.0:
-            text = "the motion shows torque divided by inertia only: an inertia of the loose gear of "
-            text += (
-                f"{show(rig.rig().inertia * claim / (claim + change), 'inertia', 4)} with the stated drag torque is "
-            )
-            text += "indistinguishable from this drag torque"
-            notes.append(Note("inertia-or-drag", text, "measure the inertia, or weigh it from a drawing"))
-        if kind == "backlash_offset" and abs(change) > GEAR_SIZE * claim:
-            text = "backlash is an angle times a base radius: gears whose size differs by "
-            text += f"{100.0 * -change / (claim + change):+.3g} % (module or numbers of teeth) are indistinguishable"
-            notes.append(Note("gear-size", text, "check module and teeth of the rig"))
-    if len(off) > 1:
-        text = f"the records probably belong to a different rig: {', '.join(off)}"
-        notes.append(Note("other-rig", text, "check which scenario belongs to these records", "", True))
-    return notes
-
-
-def speed_notes(records: Sequence[Evidence], effects: Iterable[Any]) -> list[Note]:
-    """Return a note if a law of speed has as many numbers as records have mean speeds, so that no record tests it."""
-    speeds = np.sort([abs(one.motion.mean) for one in records if len(one.channels.flights.time)])
-    if len(speeds) < 2:
-        return []
-    count = 1 + int(np.count_nonzero(speeds[1:] > SAME_SPEED * speeds[:-1]))
-    laws = [one.kind for one in effects if one.kind in SPEED_LAWS]
-    numbers = sum(SPEED_LAWS[kind] for kind in laws)
-    if not 2 <= count <= numbers:
-        return []
-    text = (
-        f"{' and '.join(laws)} have {numbers} numbers together, the records {count} mean speeds: no record tests how "
-    )
-    text += "the torque depends on speed"
-    return [Note("few-speeds", text, f"add records at {numbers + 1 - count} or more other mean speeds")]
-
-
-def phase_notes(causes: Iterable[Any]) -> list[Note]:
-    """Return the reference of phases without an index mark."""
-    kinds_of: dict[str, list[str]] = {}
-    for one in causes:
-        if one.zero:
-            kinds_of.setdefault(one.zero, []).append(one.kind)
-    remedy = "record with a common index mark to obtain phases and tooth numbers on the gears"
-    return [
-        Note("zeros-arbitrary", f"{', '.join(kinds)}: phase or tooth number counts from the first angle of this "
-             "record; the angular datum of the other records is estimated from this effect", remedy, record)
-        for record, kinds in kinds_of.items()
-    ]  # fmt: skip
-
-
-def tooth_notes(records: Sequence[Evidence]) -> list[Note]:
-    """Return a note that single teeth are not excluded in several records without marks."""
-    gears = sorted({gear for one in records for gear in one.unmarked})
-    if len(records) < 2 or not gears:
-        return []
-    text = f"angular datum of the {' and the '.join(gears)} gear is unknown: single tooth deviations may be undetected"
-    return [Note("teeth-unseen", text, "record with a common index mark")]
 
 
 # Maximum duration of a window, or a stretch, in seconds; half of that if the drive does not fluctuate.

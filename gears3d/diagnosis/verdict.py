@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -29,13 +29,14 @@ from gears3d.diagnosis.path_fit import BODY
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pitch_error import ShortTooth
 from gears3d.diagnosis.prediction import rms_of
-from gears3d.diagnosis.preprocessing import reference_record
+from gears3d.diagnosis.preprocessing import Note, reference_record
 from gears3d.diagnosis.residual_patterns import Structure, channel_of
 from gears3d.diagnosis.residual_tests import UNITS
 from gears3d.diagnosis.run_information import covariance
 from gears3d.diagnosis.search import Option, Rival, Search, options
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
+from gears3d.scenario import Scenario
 from gears3d.units import FAMILIES, show
 
 Array = np.ndarray
@@ -53,6 +54,14 @@ PREDICTED_QUANTITY = {
     "loss": "separation speed",
     "drive": "angle of the drive gear",
 }
+# Ratio of mean speeds below which they count as one.
+SAME_SPEED = 1.25
+# Relative deviation of two of the rig's numbers that indicates another test rig.
+OTHER_RIG = 0.5
+# Ratio of a deviation to the backlash above which a note on the gears' size is given.
+GEAR_SIZE = 0.1
+# Torques that depend on speed alone, with the number of parameters of each.
+SPEED_LAWS = {"drag_coulomb": 1, "drag_viscous": 1, "drag_power": 2, "drag_differential": 2}
 
 
 @dataclass(frozen=True)
@@ -331,3 +340,78 @@ def _intervals(cause: Named) -> list[str]:
         family, digits = cause.effect.params[name].family, significant_digits(one)
         lines.append(f"{name} {show(one.low, family, digits)} to {show(one.high, family, digits)}")
     return lines
+
+
+def cause_notes(rig: Scenario, effects: Iterable[Any]) -> list[Note]:
+    """Return doubts raised by the causes themselves."""
+    claims = {
+        "backlash": (rig.rig().backlash, "backlash_offset", "offset", "length", "mount.backlash"),
+        "drag torque": (rig.rig().drag_torque, "drag_coulomb", "torque", "torque", "drag.torque"),
+        "restitution": (rig.rig().restitution, "restitution_offset", "offset", "ratio", "impact.restitution"),
+    }
+    notes, off = [], []
+    for name, (claim, kind, parameter, family, key) in claims.items():
+        change = sum(getattr(one, parameter) for one in effects if one.kind == kind)
+        if claim > 0.0 and abs(change) > OTHER_RIG * claim:
+            now, was = (
+                (f"{each:.3g}" if family == "ratio" else show(each, family, 3)) for each in (claim + change, claim)
+            )
+            off.append(f"{name} {now} instead of {was}")
+        if 0.0 < abs(change) < 1.96 * rig.uncertainty.get(key, 0.0):
+            text = f"{name}: the change is within the uncertainty that the rig states for it"
+            notes.append(Note("within-uncertainty", text, f"state {key} as found"))
+        if kind == "drag_coulomb" and change and claim + change > 0.0:
+            text = "the motion shows torque divided by inertia only: an inertia of the loose gear of "
+            text += (
+                f"{show(rig.rig().inertia * claim / (claim + change), 'inertia', 4)} with the stated drag torque is "
+            )
+            text += "indistinguishable from this drag torque"
+            notes.append(Note("inertia-or-drag", text, "measure the inertia, or weigh it from a drawing"))
+        if kind == "backlash_offset" and abs(change) > GEAR_SIZE * claim:
+            text = "backlash is an angle times a base radius: gears whose size differs by "
+            text += f"{100.0 * -change / (claim + change):+.3g} % (module or numbers of teeth) are indistinguishable"
+            notes.append(Note("gear-size", text, "check module and teeth of the rig"))
+    if len(off) > 1:
+        text = f"the records probably belong to a different rig: {', '.join(off)}"
+        notes.append(Note("other-rig", text, "check which scenario belongs to these records", "", True))
+    return notes
+
+
+def speed_notes(records: Sequence[Evidence], effects: Iterable[Any]) -> list[Note]:
+    """Return a note if a law of speed has as many numbers as records have mean speeds, so that no record tests it."""
+    speeds = np.sort([abs(one.motion.mean) for one in records if len(one.channels.flights.time)])
+    if len(speeds) < 2:
+        return []
+    count = 1 + int(np.count_nonzero(speeds[1:] > SAME_SPEED * speeds[:-1]))
+    laws = [one.kind for one in effects if one.kind in SPEED_LAWS]
+    numbers = sum(SPEED_LAWS[kind] for kind in laws)
+    if not 2 <= count <= numbers:
+        return []
+    text = (
+        f"{' and '.join(laws)} have {numbers} numbers together, the records {count} mean speeds: no record tests how "
+    )
+    text += "the torque depends on speed"
+    return [Note("few-speeds", text, f"add records at {numbers + 1 - count} or more other mean speeds")]
+
+
+def phase_notes(causes: Iterable[Any]) -> list[Note]:
+    """Return the reference of phases without an index mark."""
+    kinds_of: dict[str, list[str]] = {}
+    for one in causes:
+        if one.zero:
+            kinds_of.setdefault(one.zero, []).append(one.kind)
+    remedy = "record with a common index mark to obtain phases and tooth numbers on the gears"
+    return [
+        Note("zeros-arbitrary", f"{', '.join(kinds)}: phase or tooth number counts from the first angle of this "
+             "record; the angular datum of the other records is estimated from this effect", remedy, record)
+        for record, kinds in kinds_of.items()
+    ]  # fmt: skip
+
+
+def tooth_notes(records: Sequence[Evidence]) -> list[Note]:
+    """Return a note that single teeth are not excluded in several records without marks."""
+    gears = sorted({gear for one in records for gear in one.unmarked})
+    if len(records) < 2 or not gears:
+        return []
+    text = f"angular datum of the {' and the '.join(gears)} gear is unknown: single tooth deviations may be undetected"
+    return [Note("teeth-unseen", text, "record with a common index mark")]

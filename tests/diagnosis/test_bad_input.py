@@ -280,7 +280,7 @@ def test_a_record_that_fails_by_itself_is_segmented_along_the_flanks_of_another_
 def test_a_law_of_speed_of_as_many_numbers_as_speeds_is_noted(laws, noted):
     from types import SimpleNamespace
 
-    from gears3d.diagnosis.validity import speed_notes
+    from gears3d.diagnosis.verdict import speed_notes
 
     flown = SimpleNamespace(flights=SimpleNamespace(time=np.zeros(3)))
     records = [SimpleNamespace(motion=SimpleNamespace(mean=mean), channels=flown) for mean in (5.0, 5.2, -9.0)]

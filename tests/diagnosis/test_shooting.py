@@ -11,7 +11,6 @@ from gears3d.diagnosis.causes import Candidate, begin, candidates
 from gears3d.diagnosis.diagnosis import PARTED
 from gears3d.diagnosis.path_candidates import fewer, scores_of
 from gears3d.diagnosis.path_fit import (
-    WIDEST,
     WithoutNuisances,
     covariance_of,
     effects_of,
@@ -22,12 +21,12 @@ from gears3d.diagnosis.path_fit import (
     rezeroed,
     settled,
     state_of,
-    widths_of,
 )
-from gears3d.diagnosis.path_search import against, path_search
+from gears3d.diagnosis.path_search import path_search
+from gears3d.diagnosis.run_information import WIDEST, widths_of
 from gears3d.diagnosis.shooting import LONG, Starts, Windows, at_rest, shootable
 from gears3d.diagnosis.shooting_kernels import shoot
-from gears3d.diagnosis.validity import level_in
+from gears3d.diagnosis.validity import against, level_in
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit_all
 from gears3d.measured.segmentation import path_of
