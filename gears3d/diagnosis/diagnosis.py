@@ -375,10 +375,11 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
     longer = seen.longer()
     longer.zeros, longer.turned, longer.motion = windows.zeros.copy(), windows.turned.copy(), windows.motion
     level = level_in(longer, path.causes) if len(longer) else 0.0
-    if level < NOISE * path.after and not {one.candidate.kind for one in path.causes} & {OIL, SOFT}:
+    first = path.causes if level < NOISE * path.after else ()
+    if first and not {one.candidate.kind for one in first} & {OIL, SOFT}:
         return windows, path
-    longer = seen.longer()  # datums of wrong causes are wrong
-    again = path_search(longer, seen.candidates, lambda part: progress(0.5 + 0.5 * part))
+    longer = longer if first else seen.longer()  # datums of wrong causes are wrong
+    again = path_search(longer, seen.candidates, lambda part: progress(0.5 + 0.5 * part), first)
     return (longer, again) if again is not None and again.after < level else (windows, path)
 
 

@@ -74,6 +74,8 @@ ACCOUNTS = 4.0
 SHIFTS, TURNS, LOOKED = tuple(0.1 * k for k in range(-6, 7)), 8, 32
 # Least information on the restitution of an impact, 0 to 1, for tests of what it depends on.
 DETERMINED = 0.5
+# Correction of the drive's motion, in standard deviations, from which on fits begin from its readings, too.
+BENDS = 2.0
 # Sizes in units from the best of which the fit of a scatter begins, and rounds of its re-estimation from the kicks.
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 # Parts of a window, increasing from its beginning, to whose readings starts and kicks are fitted in turn.
@@ -568,7 +570,17 @@ def polished(windows: Windows, now: State, *, thorough: bool = False) -> State:
     rest = refined(windows, effects, rest) if thorough else rest
     if np.any(rest != before):
         now = fitted(windows, now._replace(rest=rest))
-    return now
+    return _from_measured_motion(windows, now) if thorough and np.abs(now.motion).max(initial=0.0) > BENDS else now
+
+
+def _from_measured_motion(windows: Windows, now: State) -> State:
+    """Return the better of a state and one fitted from the drive's motion as measured, which other causes may bend."""
+    windows.motion, effects = np.zeros_like(now.motion), effects_of(now.causes)
+    windows.restart(effects)
+    other = _polished(windows, fitted(windows, state_of(windows, now.causes, windows.residuals(effects))))
+    best = other if gain_of(windows, now, other)[0] > 0.0 else now
+    restore(windows, best)
+    return best
 
 
 def _polished(windows: Windows, now: State) -> State:
@@ -651,13 +663,18 @@ def deviations(windows: Windows, causes: Sequence[Cause]) -> Deviations | None:
 
     turned = at(loose) + np.where(flank, at(reverse), 0.0) / windows.radii[1]
     by, count = windows.record[which], range(len(windows.zeros))
-    speed = np.array([np.mean(np.abs(windows.drive[1][windows.record == k])) for k in count])
-    locked = 2.0 * np.pi / (np.asarray(windows.periods) * speed)
     return Deviations(
         windows.starts.kicks[which, order] / part, along.spread / np.sqrt(part), np.abs(events[:, 4]), flank,
         [at(drive)[by == k] for k in count], [turned[by == k] for k in count],
-        np.column_stack([locked, locked * windows.radii[1] / windows.radii[0]]),
+        fluctuation_orders(windows),
     )  # fmt: skip
+
+
+def fluctuation_orders(windows: Windows) -> Array:
+    """Return the orders of the drive's fluctuation by record, to the drive and to the loose gear, 0 without, (r, 2)."""
+    speed = [np.mean(np.abs(windows.drive[1][windows.record == k])) for k in range(len(windows.zeros))]
+    orders = 2.0 * np.pi / (np.asarray(windows.periods) * np.array(speed))
+    return np.column_stack([orders, orders * windows.radii[1] / windows.radii[0]])
 
 
 def _price(windows: Windows, causes: Sequence[Cause]) -> Array:

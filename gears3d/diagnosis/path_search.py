@@ -57,6 +57,7 @@ from gears3d.diagnosis.path_fit import (
     effects_of,
     fall_of,
     fitted,
+    fluctuation_orders,
     gain_of,
     polished,
     referenced,
@@ -69,7 +70,8 @@ from gears3d.diagnosis.path_fit import (
     state_of,
     uncorrected,
 )
-from gears3d.diagnosis.prediction import restitution, unclipped
+from gears3d.diagnosis.prediction import GEARS, restitution, unclipped
+from gears3d.diagnosis.preprocessing import order_of
 from gears3d.diagnosis.run_information import widths_of
 from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
@@ -85,6 +87,8 @@ STEADY = 4.0
 EVEN = 0.4
 # Windows that must diverge to show a cause that the others do not, and candidates that are fitted to these.
 FEWEST, FITTED_DIVERGING = 5, 2
+# Relative difference of an order and a multiple of the fluctuation's below which both coincide.
+LOCKED = 0.003
 # Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most.
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
 # Candidates that are fitted in a forward step, and with a law of contact, where a run takes several times as long.
@@ -145,19 +149,25 @@ class Path(NamedTuple):
 
 
 def path_search(
-    windows: Windows, known: Sequence[Candidate], progress: Callable[[float], None] = lambda part: None
-) -> Path | None:
+    windows: Windows, known: Sequence[Candidate], progress: Callable[[float], None] = lambda part: None,
+    first: Sequence[Cause] = (),
+) -> Path | None:  # fmt: skip
     """Return the causes selected by trajectory residuals; ``None`` with too few windows.
 
     Args:
         windows: of the records; they get the starts and datums of the result.
         known: candidates.
         progress: called with the part that is done.
+        first: causes with which the search begins, fitted with the starts and datums that windows have.
     """
     if len(windows) < SCORED // 4:
         return None
+    now = polished(windows, state_of(windows, first, windows.residuals(effects_of(first)))) if first else None
     base = polished(windows, _opened(windows), thorough=True)
-    found = _selected(windows, known, base, lambda part: progress(0.5 * part))
+    if now is None:
+        found = _selected(windows, known, base, lambda part: progress(0.5 * part))
+    else:
+        found = _forward(windows, known, base, _backward(windows, base, now), lambda part: progress(0.5 * part))
     base, found = _with_own_noise(windows, known, base, found)
     found = _by_law(windows, known, base, found)
     found, less, instead = _exchanged(windows, known, base, found, lambda part: progress(0.5 + 0.5 * part))
@@ -263,11 +273,11 @@ def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, f
 def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State:
     """Return the state of a search that begins with a law of contact, where that explains as much more simply, or more.
 
-    It is tried where causes leave more than noise, need a motion of the drive that its readings exclude, or, in long
-    windows, have another law.
+    It is tried where causes leave more than noise, need a motion of the drive that its readings exclude, repeat with
+    its fluctuation, as the residual of any periodic motion does, or, in long windows, have another law.
     """
     level, there = float(np.median(windows.level(found.rest))), {one.candidate.kind for one in found.causes}
-    far = max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) > 1.0
+    far = max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) > 1.0 or _repeats(windows, found)
     if BODY in there or not there or not (far or (there & {OIL, SOFT} and windows.long)):
         return found
     few, _, first = _sampled(windows, base)
@@ -278,6 +288,17 @@ def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: St
         best = _simplest(windows, base, [found, _forward(windows, known, base, best, lambda part: None)])
     restore(windows, best or found)
     return best or found
+
+
+def _repeats(windows: Windows, found: State) -> bool:
+    """Return whether the order of a cause is a multiple of that of the drive's fluctuation in a record."""
+    orders = fluctuation_orders(windows)
+    for one in (cause.candidate for cause in found.causes if cause.candidate.phased):
+        own = orders[:, GEARS.index(goes_by(one))]
+        periods = order_of(one) / own[own > 0.0]
+        if np.any(np.abs(periods - np.maximum(np.round(periods), 1.0)) < LOCKED * periods):
+            return True
+    return False
 
 
 def _with_second_body(windows: Windows, known: Sequence[Candidate], turns: Sequence[float], base: State) -> State:

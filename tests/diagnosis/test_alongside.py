@@ -53,3 +53,11 @@ def test_an_encoder_of_the_drive_is_a_rival_of_a_transmission_error_under_oil():
     told = play(next(iter(cases("space3", 354, 1))))
     assert told["set_right"]
     assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+def test_a_torque_is_found_whose_absence_bends_the_motion_of_the_drive():
+    """Corrections of the drive's readings stood for a part of it, and fits that began with them for another torque."""
+    told = play(next(iter(cases("space", 579, 1))))
+    assert told["kinds_right"] == ["drag_coulomb"]
+    assert told["wrong_names"] == []
