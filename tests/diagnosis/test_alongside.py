@@ -61,3 +61,21 @@ def test_a_torque_is_found_whose_absence_bends_the_motion_of_the_drive():
     told = play(next(iter(cases("space", 579, 1))))
     assert told["kinds_right"] == ["drag_coulomb"]
     assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+def test_a_small_error_is_kept_next_to_one_ten_thousand_times_its_noise():
+    """Causes were merged as long as the rest stayed below one per cent of all that they explain."""
+    told = play(next(iter(cases("space3", 401, 1))))
+    assert told["kinds_right"] == ["encoder_eccentricity", "drag_power", "backlash_offset"]
+    assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+def test_coarse_counts_are_no_scatter_of_restitution():
+    """Four other causes; kicks of the impacts explain errors of counting that are correlated over a flight."""
+    told = play(next(iter(cases("space4", 400, 1))))
+    assert set(told["kinds_right"]) == {
+        "restitution_speed", "transmission_error", "encoder_eccentricity", "backlash_offset"
+    }  # fmt: skip
+    assert told["wrong_names"] == []
