@@ -18,6 +18,7 @@ from gears3d.diagnosis.evidence import Paths
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     SCATTER,
+    SQUARED,
     State,
     WithoutNuisances,
     columns_of,
@@ -114,6 +115,8 @@ def _sizes(windows: Windows, now: State) -> dict[str, float]:
         alone = normal[np.ix_(own, own)] - cross @ np.linalg.pinv(normal[np.ix_(others, others)], rcond=1e-12) @ cross.T
         size = (cause.numbers / cause.units)[:sizes]
         made[cause.candidate.kind] = float(np.sqrt(max(size @ alone @ size, 0.0)))
+        if cause.candidate.kind == SQUARED:  # the path follows the square of its size, from 0 half as far as the slope
+            made[SQUARED] *= 0.5
         if cause.candidate.kind == SCATTER and (kicks := kicked(windows, now.causes)) is not None:
             made[SCATTER] = float(np.sqrt(2.0 * np.sum(kicks[1] ** 2)))
         at += len(cause.numbers)
