@@ -31,7 +31,7 @@ from gears3d.diagnosis.causes import (
 from gears3d.diagnosis.evidence import orthonormal
 from gears3d.diagnosis.prediction import GEARS
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, order_of, reference
-from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows
+from gears3d.diagnosis.shooting import KICKS, NODES, Linearised, Starts, Windows
 from gears3d.diagnosis.shooting_kernels import impacts_of
 from gears3d.effects import Code
 from gears3d.errors import InputError
@@ -672,8 +672,12 @@ def deviations(windows: Windows, causes: Sequence[Cause]) -> Deviations | None:
 
 def fluctuation_orders(windows: Windows) -> Array:
     """Return the orders of the drive's fluctuation by record, to the drive and to the loose gear, 0 without, (r, 2)."""
-    speed = [np.mean(np.abs(windows.drive[1][windows.record == k])) for k in range(len(windows.zeros))]
-    orders = 2.0 * np.pi / (np.asarray(windows.periods) * np.array(speed))
+    speeds, time = np.full(len(windows.zeros), np.inf), windows.begin[:, None] + windows.step[:, None] * [0, NODES - 1]
+    for k in np.unique(windows.record).tolist():  # windows begin in flights, where the drive is slower than its mean
+        own = np.flatnonzero(windows.record == k)
+        ends = slice(0, 1) if len(own) > 1 else slice(0, 2)
+        speeds[k] = np.ptp(windows.drive[0][own][:, [0, -1]][:, ends]) / np.ptp(time[own, ends])
+    orders = 2.0 * np.pi / (np.asarray(windows.periods) * speeds)
     return np.column_stack([orders, orders * windows.radii[1] / windows.radii[0]])
 
 

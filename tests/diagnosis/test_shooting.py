@@ -15,6 +15,7 @@ from gears3d.diagnosis.path_fit import (
     covariance_of,
     effects_of,
     fitted,
+    fluctuation_orders,
     polished,
     referenced,
     restore,
@@ -658,6 +659,27 @@ def test_readings_under_flicker_are_made_white(rig):
     windows.coloured([])
     assert np.median(windows.level(windows.residuals([]))) < 0.05 * white
     assert windows.runs(windows.residuals([])) < 0.25 * windows.runs(left)
+
+
+def test_a_search_drops_the_wrong_of_two_causes_with_which_it_begins(short):
+    effect = catalogue()["drag_viscous"](**HIDDEN["drag_viscous"])
+    windows, _ = shot(short, [effect])
+    windows.restart((), anew=True)
+    known = known_of(short, windows)
+    first = [begin(next(one for one in known if one.kind == kind), np.array([0.2]))
+             for kind in ("restitution_offset", "drag_viscous")]  # fmt: skip
+    found = path_search(windows, known, first=first)
+    assert [one.candidate.kind for one in found.causes] == ["drag_viscous"]
+    assert found.causes[0].numbers[0] == pytest.approx(HIDDEN["drag_viscous"]["coefficient"], rel=0.05)
+
+
+def test_orders_of_the_fluctuation_are_its_periods_in_a_revolution_of_each_gear(rig):
+    windows, _ = shot(rig)
+    per_turn = 2.0 * np.pi / rig.rig().mean_speed / rig.period
+    ratio = rig.gears.loose.teeth / rig.gears.drive.teeth
+    assert fluctuation_orders(windows)[0] == pytest.approx([per_turn, per_turn * ratio], rel=2e-3)
+    windows.periods = [np.inf]
+    assert not np.any(fluctuation_orders(windows))
 
 
 def test_an_interval_is_as_wide_as_chi_square_is_flat():
