@@ -74,7 +74,8 @@ ACCOUNTS = 4.0
 SHIFTS, TURNS, LOOKED = tuple(0.1 * k for k in range(-6, 7)), 8, 32
 # Least information on the restitution of an impact, 0 to 1, for tests of what it depends on.
 DETERMINED = 0.5
-# Correction of the drive's motion, in standard deviations, from which on fits begin from its readings, too.
+# Correction of the drive's motion, in standard deviations, from which on fits begin from its readings, too: one in 20
+# exceeds it by chance.
 BENDS = 2.0
 # Sizes in units from the best of which the fit of a scatter begins, and rounds of its re-estimation from the kicks.
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3

@@ -1,4 +1,4 @@
-"""The verdict on a rig and its records: reported causes with their evidence and competing hypotheses."""
+"""The verdict on a rig and its records: reported causes with evidence, competing hypotheses and notes on them."""
 
 from __future__ import annotations
 
