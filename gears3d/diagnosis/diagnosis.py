@@ -32,6 +32,7 @@ from gears3d.diagnosis.evidence import Paths, has_compliance, uncut
 from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
 from gears3d.diagnosis.path_search import Path, path_search
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
+from gears3d.diagnosis.prediction import parts_of
 from gears3d.diagnosis.preprocessing import Note, segmented, settled, turn, usable
 from gears3d.diagnosis.residual_patterns import Resonance, Structure, resonance
 from gears3d.diagnosis.residual_tests import (
@@ -237,8 +238,8 @@ class AlongPath(NamedTuple):
             if changed > ENOUGH:
                 records = [turn(one, *each) for one, each in zip(self.records, by.tolist(), strict=True)]
                 found = given(records, self.path.causes, UNSEEN)
-            known = self.path.unsure < UNSURE  # channels take the drive's measured motion as exact
-            first = _distinguished_by_channels(found, self.path.causes, others) if known else list(self.path.causes)
+            known = self.path.unsure < UNSURE  # channels of the loose gear take the drive's measured motion as exact
+            first = _distinguished_by_channels(found, self.path.causes, others, known)
             found = found._replace(fit=fit(found.records, found.base, first))
             causes, spread = _numbers(found, self.path, first, in_own_channels(found, UNSEEN))
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])
@@ -412,7 +413,9 @@ def along_path(
     return found._replace(left=(found.residual_of([*measured, *others]),)) if beyond else found
 
 
-def _distinguished_by_channels(found: Search, causes: Sequence[Cause], rivals_of: list[list[Rival]]) -> list[Cause]:
+def _distinguished_by_channels(
+    found: Search, causes: Sequence[Cause], rivals_of: list[list[Rival]], known: bool
+) -> list[Cause]:
     """Return causes, with those hypotheses decided by channels that windows do not distinguish.
 
     Channels hold complete records, windows a sample. A channel without a significant effect of a cause does not decide
@@ -422,21 +425,25 @@ def _distinguished_by_channels(found: Search, causes: Sequence[Cause], rivals_of
         found: without causes, or with them.
         causes: of the path.
         rivals_of: competing hypotheses of each cause; those that channels exclude are marked.
+        known: whether the drive's motion is; else only its stated motion decides.
     """
     causes = list(causes)
     for k, own in enumerate(rivals_of):
-        now = fit(found.records, found.base, causes)
-        tried = [fit(found.records, found.base, [*causes[:k], one.causes[0], *causes[k + 1 :]]) for one in own]
+        others = causes[:k], causes[k + 1 :]
+        now, none, *tried = (
+            _tested(found, [*others[0], *one, *others[1]], known)
+            for one in ([causes[k]], [], *(one.causes[:1] for one in own))
+        )
         open_ = [j for j, one in enumerate(own) if not one.excluded]
         best = min(open_, key=lambda j: tried[j].chi2, default=None)
-        none = fit(found.records, found.base, [*causes[:k], *causes[k + 1 :]]).chi2
-        level = min([now.chi2, *(tried[j].chi2 for j in open_)]) / max(len(now.rest), 1)
-        if level > AGREE or none - now.chi2 < EXCLUDED * level:
+        least = min([now.chi2, *(tried[j].chi2 for j in open_)])
+        level = least / max(len(now.rest), 1)
+        if level > AGREE or none.chi2 - (now.chi2 if known else least) < EXCLUDED * level:
             continue
         level = max(level, 1.0)
         chi2, instead = now.chi2, causes[k]
-        least = excluding((none - min([chi2, *(tried[j].chi2 for j in open_)])) / level)
-        if best is not None and tried[best].chi2 < min(chi2, none) - least * level:
+        least = excluding((none.chi2 - least) / level)
+        if best is not None and tried[best].chi2 < min(chi2, none.chi2) - least * level:
             chi2, causes[k] = tried[best].chi2, tried[best].causes[k]
         worse = [(each.chi2 - chi2) / level for each in tried]
         marked = [
@@ -449,6 +456,15 @@ def _distinguished_by_channels(found: Search, causes: Sequence[Cause], rivals_of
             marked[best] = Rival((instead,), off, True, EXCLUDED * off / least)
         rivals_of[k] = sorted(marked, key=lambda one: one.worse)
     return causes
+
+
+def _tested(found: Search, causes: Sequence[Cause], known: bool) -> Fit:
+    """Return causes fitted to all channels, or, with the numbers of the path, their residuals of the stated motion."""
+    if known:
+        return fit(found.records, found.base, causes)
+    rest = parts_of(found.records, found.base - contribution(found.records, effects_of(causes)))["drive"]
+    drive = np.concatenate([np.zeros(0), *rest])
+    return Fit(tuple(causes), float(drive @ drive), np.zeros((0, 0)), drive)
 
 
 def _numbers(found: Search, path: Path, first: Sequence[Cause], kept: Sequence[Cause]) -> tuple[list[Cause], Array]:

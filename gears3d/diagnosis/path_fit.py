@@ -478,13 +478,17 @@ def refined(windows: Windows, effects: Sequence[Any], rest: Array) -> Array:
     rows = [row for one in (*windows.effects, *effects) for row in one.rows(windows.values)]
     if any(row.code in (Code.GAP_FILM, Code.GAP_SPRING, Code.TORQUE_CARRIED) for row in rows):
         return rest
-    best, least = windows.starts, windows.level(rest)
-    for one in windows.beginnings(effects):
-        windows.starts = one
-        new = settled(windows, effects, windows.residuals(effects))
-        better = windows.level(new) < least
-        best, least = windows.starts.where(better, best), np.minimum(windows.level(new), least)
-    windows.starts = best
+    poor = windows.poor(effects, rest)
+    if not len(poor):
+        return rest
+    part = windows.only(poor)[0]
+    best, least = part.starts, windows.level(rest)[poor]
+    for one in part.beginnings(effects):
+        part.starts = one
+        level = part.level(settled(part, effects, part.residuals(effects)))
+        better = level < least
+        best, least = part.starts.where(better, best), np.minimum(level, least)
+    windows.starts = windows.starts.put(poor, best)
     return windows.residuals(effects)
 
 

@@ -28,10 +28,12 @@ from gears3d.diagnosis.evidence import (
 from gears3d.diagnosis.evidence import project_out as project_out
 from gears3d.effects import Code, Gate, Row
 from gears3d.gears import ToothDeviation, quasi_static
+from gears3d.measured.drive_motion import Smoothing
 from gears3d.measured.segmentation.parabolas import bend
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair
+    from gears3d.measured.segmentation import Track
 
 Array = np.ndarray
 # Rounds in which the error of an encoder at a gear's angle is found from its reading; each has n·A of the rest before.
@@ -137,6 +139,42 @@ def reading_error(
              for one, (cosine, sine), off in zip(waves, both, by, strict=True)), np.zeros_like(angle),
         )  # fmt: skip
     return total - late * speed if late else total
+
+
+class Unfollowed:
+    """What the drive's curves do not follow of the errors of its encoder: they are smooth, and drawn through readings.
+
+    Args:
+        tracks: of the records.
+        record: of each window, (w,).
+        time: of the nodes [s], (w, nodes).
+        drive: angle of the drive there by the curves [rad], and two derivatives, (w, nodes) each.
+    """
+
+    def __init__(self, tracks: Sequence[Track], record: Array, time: Array, drive: Sequence[Array]) -> None:
+        self._tracks, self._record, self._time, self._drive = tracks, record, time, drive
+        self._curves: list[tuple[Smoothing, Array]] = []
+        self._known: dict[int, Array] = {}
+
+    def of(self, order: int) -> Array:
+        """Return exp(i·order·angle) less what the curves follow of it, and two derivatives, (3, w, nodes)."""
+        if order not in self._known:
+            self._known[order] = self._made(order)
+        return self._known[order]
+
+    def _made(self, order: int) -> Array:
+        for one in self._tracks[len(self._curves) :]:
+            time, steady = one.readings[0].time, one.steady
+            self._curves.append((Smoothing(steady.curve, steady.size, time), steady.curve(time)))
+        angle, speed, rate = self._drive
+        turn = np.exp(1j * order * angle)
+        made = np.array([turn, 1j * order * speed * turn, (1j * order * rate - (order * speed) ** 2) * turn])
+        for k in np.unique(self._record).tolist():
+            smoothing, seen = self._curves[k]
+            curve, own = smoothing(np.exp(1j * order * seen)), self._record == k
+            for n in range(3):
+                made[n, own] -= curve(self._time[own], n)
+        return made.astype(np.complex64)
 
 
 def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) -> Array:

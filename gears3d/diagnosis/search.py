@@ -157,8 +157,22 @@ def in_own_channels(found: Search, kinds: Sequence[str]) -> list[Cause]:
         able = acceptable(score(known, now.rest, directions(found.records, now)), none, now.causes)
         if not able:
             break
-        now = fit(found.records, found.base, [*now.causes, begin(able[0].candidate, able[0].units)], 8)
+        more = fit(found.records, found.base, [*now.causes, begin(able[0].candidate, able[0].units)], 8)
+        if not _has_determined_sizes(more):
+            break
+        now = more
     return list(now.causes[len(begun.causes) :])
+
+
+def _has_determined_sizes(now: Fit) -> bool:
+    """Return whether each size differs from 0 by four standard deviations: neighbouring lines cancel each other."""
+    at, sure = 0, []
+    for cause in now.causes:
+        own = slice(at, at + (2 if cause.candidate.phased else 1))
+        at += len(cause.numbers)
+        size = cause.numbers[: own.stop - own.start]
+        sure.append(size @ np.linalg.pinv(now.covariance[own, own], hermitian=True) @ size > EXCLUDED)
+    return all(sure)
 
 
 def _held(records: Sequence[Evidence], now: Fit) -> Array:
@@ -226,9 +240,8 @@ def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]
     for one in left:
         if one.gain < FITTED_GAIN * left[0].gain or len(tried) >= TRIED:
             break
-        kind = one.candidate.kind
+        kind, bends = one.candidate.kind, one.candidate.kind in FREE
         kinds[kind] = kinds.get(kind, 0) + 1
-        bends = kind in FREE
         if kinds[kind] > (1 if bends else 2):
             continue
         same = [one.candidate, *on_both_flanks(one.candidate)] if kinds[kind] == 1 else [one.candidate]
@@ -595,7 +608,7 @@ class Experiment:
 
 
 def experiments(
-    found: Search, others: Sequence[Sequence[Rival]], progress: Callable[[float], None] | None = None
+    found: Search, others: Sequence[Sequence[Rival]], progress: Callable[[float], None] = lambda part: None
 ) -> tuple[Experiment, ...]:
     """Return, for each pair of a cause and a hypothesis that is not excluded, the runs that separate them."""
     pairs = [(k, one) for k, each in enumerate(others) for one in each if not one.excluded][:PAIRS]
@@ -607,26 +620,19 @@ def experiments(
     seen: list[Evidence | None] = []
     for k, run in enumerate(planned):
         seen.append(simulated_run(like, run, effects))
-        if progress is not None:
-            progress(0.7 * (k + 1) / len(planned))
+        progress(0.7 * (k + 1) / len(planned))
     result = []
     for at, (k, rival) in enumerate(pairs):
         causes = (*found.fit.causes[:k], *rival.causes, *found.fit.causes[k + 1 :])
         made = [
-            Run(
-                run.change,
-                run.keys,
-                run.duration,
-                None if one is None else separation(found, one, run.duration, effects, causes),
-            )
+            run if one is None else replace(run, sigma=separation(found, one, run.duration, effects, causes))
             for run, one in zip(planned, seen, strict=True)
         ]
         made.sort(key=lambda run: -(run.sigma or 0.0))
         kinds = " + ".join(rival.kinds)
         now = float(np.sqrt(max(rival.worse, 0.0) / _chi2_level(found)))
         result.append(Experiment(found.fit.causes[k].candidate.kind, kinds, now, tuple(made)))
-        if progress is not None:
-            progress(0.7 + 0.3 * (at + 1) / len(pairs))
+        progress(0.7 + 0.3 * (at + 1) / len(pairs))
     return tuple(result)
 
 
@@ -638,11 +644,8 @@ def runs(like: Evidence) -> list[Run]:
         for by, word in ((1.0 / 3.0, "× 1/3"), (3.0, "× 3"))
         if mean
     ]
-    for by, faster, word in (
-        (2.0, 1.0, "amplitude × 2"),
-        (0.7, 1.0, "amplitude × 0.7"),
-        (1.0, 1.6, "frequency × 1.6"),
-    ):
+    swings = ((2.0, 1.0, "amplitude × 2"), (0.7, 1.0, "amplitude × 0.7"), (1.0, 1.6, "frequency × 1.6"))
+    for by, faster, word in swings:
         if waves:
             tried.append((word, {"motion.harmonics": [_wave(one, by, faster) for one in waves]}))
     if drag:

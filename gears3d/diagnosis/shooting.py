@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.evidence import begin_of_flight, likely_root, roots_of
-from gears3d.diagnosis.prediction import GEARS, deviation, reading_error
+from gears3d.diagnosis.prediction import GEARS, Unfollowed, deviation, reading_error
 from gears3d.diagnosis.shooting_kernels import (
     body_of,
     carried,
@@ -70,13 +70,6 @@ KICKS = 16
 FARTHEST_KICK = 2.0
 # Largest number of impacts and contact losses of a window over which sensitivities are propagated.
 EVENTS = 512
-# Normal forms that windows cover; friction has no effect on rigid flanks, scatter none on the mean.
-KNOWN = (
-    Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
-    Code.TORQUE_FRICTION, Code.TORQUE_CARRIED, Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC,
-    Code.IMPACT_OFFSET, Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.MOTION_HARMONIC, Code.GAP_FILM,
-    Code.GAP_SPRING,
-)  # fmt: skip
 
 
 class Starts(NamedTuple):
@@ -125,7 +118,7 @@ def shootable(rig: Scenario) -> bool:
     A second body on the loose gear is covered between rigid dry flanks.
     """
     rows = rig.rows()
-    able = perfect(rig.pair()) and all(row.code in KNOWN for row in rows)
+    able = perfect(rig.pair()) and all(row.code != Code.TORQUE_TABLE for row in rows)
     return able and (not len(film_of(rows)) or not len(body_of(rows)))
 
 
@@ -173,6 +166,7 @@ class Windows:
         along = [(curves[k], at) for k, at in zip(self.record, time, strict=True)]
         self.drive = tuple(np.array([one(at, n) for one, at in along]).reshape(-1, NODES) for n in range(3))
         self.drive_errors: tuple[Array, ...] = self._errors(curves, time)
+        self.unfollowed = Unfollowed(tracks, self.record, time, self.drive)
         self.motion = np.zeros((len(tracks), len(self.drive_errors[0])))
         self.sampled = np.ones(len(tracks))  # part of each record's windows, by which priors of its motion count
         lasts = [len(one[0]) for one in seen]
@@ -192,7 +186,7 @@ class Windows:
         self.weight = np.ones(len(rows))
         self.every, self.order = self._numbered()
         self.starts = at_rest(np.zeros(len(rows)), np.zeros(len(rows)))
-        self.picked = np.arange(len(rows))  # numbers of the windows among those that they were taken from
+        self.picked = self.whole = np.arange(len(rows))  # numbers among those that windows were taken from, and of all
 
     def __len__(self) -> int:
         return len(self.begin)
@@ -317,7 +311,7 @@ class Windows:
             setattr(few, name, getattr(self, name)[picked])
         few.drive = self.drive[0][picked], self.drive[1][picked], self.drive[2][picked]
         few.drive_errors = tuple(one[:, picked] for one in self.drive_errors)
-        few.starts, few.picked = self.starts.only(picked), picked
+        few.starts, few.picked, few.whole = self.starts.only(picked), picked, self.whole[picked]
         for name in ("time", "read", "sigma", "node", "beyond"):
             setattr(few, name, getattr(self, name)[mine])
         few.window = number[self.window][mine]
@@ -417,17 +411,22 @@ class Windows:
         active, reverse = self.flanks(rows, drive[0] + turned[:, :1], loose)
         return seen, loose, zero[:, 0] / self.radii[1] + turned[:, 1], wrong, drive, (active, reverse + self.backlash)
 
-    def off(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array, Array] | None:
+    def off(self, sensors: Sequence[Any], seen: Array) -> list[Array] | None:
         """Return errors of the drive at the nodes: of the displacement's readings, of its motion, and two derivatives.
 
-        Where the drive's readings less its curve are removed from the displacement, the curve's error is not in it.
+        Where the drive's readings less its curve are removed from the displacement, the curve's error is not in it, and
+        what the curve does not follow of its encoder's errors is.
         """
-        made = self.misread(sensors, seen)
-        if not np.any(self.motion):
-            return None if made is None else (made[0], *made)
-        angle, speed, rate = made or [np.zeros_like(seen)] * 3
+        wrong, apart = self.misread(sensors, seen), self.apart[self.record, None]
+        if wrong is None and not np.any(self.motion):
+            return None
+        made = [wrong[0], *wrong] if wrong else [np.zeros_like(seen)] * 4
         by = [np.einsum("wm,mwn->wn", self.motion[self.record], one) for one in self.drive_errors]
-        return angle + self.apart[self.record, None] * by[0], angle + by[0], speed + by[1], rate + by[2]
+        for one in (each for each in sensors if each.gear == "drive" and not hasattr(each, "delay")):
+            turn = one.amplitude * np.exp(1j * (one.phase + one.order * (seen - self.drive[0])[:, :1]))
+            lacks = (turn * self.unfollowed.of(one.order)[:, self.whole, : seen.shape[1]]).real
+            by = [own - each for own, each in zip(by, lacks, strict=True)]
+        return [own + each for own, each in zip(made, (apart * by[0], *by), strict=True)]
 
     def _errors(self, curves: Sequence[Any], time: Array) -> tuple[Array, Array, Array]:
         """Return errors of the drive's motion at the nodes [rad], and two derivatives, by one standard deviation.

@@ -683,6 +683,63 @@ def redrawn(reading: Reading, before: Steady) -> Curve:
     return Curve(_spline(time, angle - 0.5 * within * spline(time, 2), step), waves)
 
 
+class Smoothing:
+    """The linear map from readings to a curve of known stiffness: a trend, harmonics and a spline, by least squares.
+
+    Args:
+        curve: whose harmonics and knots are used.
+        size: readings in a mean.
+        time: of the readings [s], (n,).
+    """
+
+    def __init__(self, curve: Curve, size: int, time: Array) -> None:
+        from scipy.interpolate import BSpline
+        from scipy.linalg import cholesky_banded
+
+        self._knots, self._turns, self._size = curve.spline.t, curve.waves.turns, size
+        time = self._means(time)
+        trend = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, len(time)), DEGREE)
+        along = np.multiply.outer(time, self._turns)
+        self._waves = np.hstack([np.cos(along), np.sin(along)])
+        self._inverse = np.linalg.pinv(np.hstack([self._waves, trend]))[: self._waves.shape[1]]
+        self._basis = BSpline.design_matrix(time, self._knots, 3)
+        normal = self._basis.T @ self._basis
+        bands = [np.append(normal.diagonal(-k), np.zeros(k)) for k in range(4)]
+        self._root = cholesky_banded(np.array(bands), lower=True)
+
+    def _means(self, values: Array) -> Array:
+        count = len(values) // self._size
+        return values[: count * self._size].reshape(count, self._size).mean(axis=1)
+
+    def __call__(self, values: Array) -> Callable[[Array, int], Array]:
+        """Return the curve through values of the readings, (n,), as a function of time and of its derivative's order.
+
+        >>> time = np.arange(0.0, 2.0, 1e-3)
+        >>> made = steady(read_encoder(time, 3.0 * time + 0.01 * np.sin(20.0 * time)))
+        >>> through = Smoothing(made.curve, made.size, time)(np.exp(20j * time))
+        >>> bool(abs(through(np.array([1.0]), 1)[0] - 20j * np.exp(20j)) < 1e-3)
+        True
+        """
+        from scipy.interpolate import BSpline
+        from scipy.linalg import cho_solve_banded
+
+        means, turns = self._means(values), self._turns
+        sizes = self._inverse @ means
+        spline = BSpline(
+            self._knots, cho_solve_banded((self._root, True), self._basis.T @ (means - self._waves @ sizes)), 3
+        )
+        cosines, sines = np.split(sizes, 2)
+
+        def at(time: Array, order: int) -> Array:
+            made = spline(time, order)
+            for turn, a, b in zip(turns.tolist(), cosines.tolist(), sines.tolist(), strict=True):
+                phase = turn * time + 0.5 * pi * order
+                made = made + turn**order * (a * np.cos(phase) + b * np.sin(phase))
+            return made
+
+        return at
+
+
 def _spline_means(reading: Reading, size: int, waves: _Waves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return means over so many readings without their harmonics, and the variance of time in each [s²]."""
     count = len(reading.time) // size

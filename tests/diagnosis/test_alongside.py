@@ -64,6 +64,20 @@ def test_a_torque_is_found_whose_absence_bends_the_motion_of_the_drive():
 
 
 @pytest.mark.slow
+def test_an_error_of_the_encoder_of_the_drive_is_no_transmission_error():
+    """The curve of the drive lacks sidebands of it; both were one set, or were named together."""
+    told = play(next(iter(cases("space", 637, 1))))
+    assert [(one["kind"], one["or"]) for one in told["causes"]] == [("encoder_eccentricity", [])]
+
+
+@pytest.mark.slow
+def test_a_stated_motion_separates_an_error_of_its_encoder_from_one_of_the_gear():
+    """Its second order is next to the fluctuation; lines that cancel each other were named as the drive's motion."""
+    told = play(next(one for one in cases("kinds", 310, 1) if one.hidden == ("encoder_eccentricity",)))
+    assert [one["kind"] for one in told["causes"]] == ["encoder_eccentricity"]
+
+
+@pytest.mark.slow
 def test_a_small_error_is_kept_next_to_one_ten_thousand_times_its_noise():
     """Causes were merged as long as the rest stayed below one per cent of all that they explain."""
     told = play(next(iter(cases("space3", 401, 1))))

@@ -765,3 +765,24 @@ def test_flicker_that_a_record_does_not_tell_is_no_scatter(tmp_path):
     """Hidden is a lower restitution; of three records with 1/f noise one is too short between impacts to show it."""
     found = diagnosed(211, "restitution_offset", tmp_path)
     assert "restitution_scatter" not in {one.kind for one in found.causes}
+
+
+def test_a_curve_lacks_lines_that_an_error_of_its_encoder_adds(rig):
+    """A curve through noisy readings is too smooth for sidebands of an error of order 2."""
+    made = simulate(rig, "rigid")
+    angle = made.signals["theta_drive_rad"]
+    noisy = angle + 3e-3 * np.random.default_rng(3).standard_normal(len(angle))
+    plain, wrong = (
+        path_of(Recording({**made.signals, "theta_drive_rad": noisy + by}, meta=made.meta), rig, "made")
+        for by in (0.0, 1e-3 * np.cos(2 * angle + 0.3))
+    )
+    windows = Windows(rig, [wrong], [rig.period], [(0.0, 0.0)])
+    time = windows.begin[:, None] + np.arange(windows.drive[0].shape[1]) * windows.step[:, None]
+    error = catalogue()["encoder_eccentricity"](amplitude=1e-3, order=2, phase=0.3, gear="drive")
+    followed = windows.off([error], windows.drive[0])[1:]
+    full = [1e-3 * np.cos(2 * plain.steady.curve(time) + 0.3)]
+    for _ in range(2):
+        full.append(np.gradient(full[-1], axis=1) / windows.step[:, None])
+    for order in range(3):
+        change = wrong.steady.curve(time, order) - plain.steady.curve(time, order)
+        assert np.std(change - followed[order]) < 0.5 * np.std(change - full[order])
