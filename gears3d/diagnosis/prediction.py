@@ -164,8 +164,8 @@ class Unfollowed:
 
     def _made(self, order: int) -> Array:
         for one in self._tracks[len(self._curves) :]:
-            time, steady = one.readings[0].time, one.steady
-            self._curves.append((Smoothing(steady.curve, steady.size, time), steady.curve(time)))
+            reading = one.readings[0]
+            self._curves.append((Smoothing(reading, one.steady), one.steady.curve(reading.time)))
         angle, speed, rate = self._drive
         turn = np.exp(1j * order * angle)
         made = np.array([turn, 1j * order * speed * turn, (1j * order * rate - (order * speed) ** 2) * turn])

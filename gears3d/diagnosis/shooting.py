@@ -415,7 +415,7 @@ class Windows:
         """Return errors of the drive at the nodes: of the displacement's readings, of its motion, and two derivatives.
 
         Where the drive's readings less its curve are removed from the displacement, the curve's error is not in it, and
-        what the curve does not follow of its encoder's errors is.
+        what the curve does not follow of its encoder's errors is. These are at true angles: to second order here.
         """
         wrong, apart = self.misread(sensors, seen), self.apart[self.record, None]
         if wrong is None and not np.any(self.motion):
@@ -424,7 +424,8 @@ class Windows:
         by = [np.einsum("wm,mwn->wn", self.motion[self.record], one) for one in self.drive_errors]
         for one in (each for each in sensors if each.gear == "drive" and not hasattr(each, "delay")):
             turn = one.amplitude * np.exp(1j * (one.phase + one.order * (seen - self.drive[0])[:, :1]))
-            lacks = (turn * self.unfollowed.of(one.order)[:, self.whole, : seen.shape[1]]).real
+            first, second = (self.unfollowed.of(n * one.order)[:, self.whole, : seen.shape[1]] for n in (1, 2))
+            lacks = (turn * first).real + 0.5 * one.order * (turn * turn * second).imag
             by = [own - each for own, each in zip(by, lacks, strict=True)]
         return [own + each for own, each in zip(made, (apart * by[0], *by), strict=True)]
 

@@ -622,9 +622,9 @@ def steady(reading: Reading, motion: DriveMotion | None = None) -> Steady:
     return found
 
 
-def _waves(motion: DriveMotion) -> _Waves:
+def _waves(motion: DriveMotion | None) -> _Waves:
     """Return the harmonics of the drive's angle; none where it has none."""
-    found = motion.harmonics
+    found = () if motion is None else motion.harmonics
     turns = np.array([2.0 * np.pi * one.frequency for one in found])
     sizes = np.array([one.amplitude for one in found]) / turns
     phases = np.array([one.phase for one in found])  # of the speed: amplitude·sin(turn·t + phase)
@@ -632,7 +632,7 @@ def _waves(motion: DriveMotion) -> _Waves:
     speed = float(np.sqrt(sum(one.amplitude_sigma**2 for one in found)))
     first = max(found, key=lambda one: one.amplitude, default=None)
     turn_sigma = 2.0 * np.pi * first.frequency_sigma if first else 0.0
-    hidden = [(2.0 * np.pi * one.frequency, one.amplitude) for one in motion.hidden]
+    hidden = [(2.0 * np.pi * one.frequency, one.amplitude) for one in (motion.hidden if motion else ())]
     unseen = tuple((turn, speed / turn) for turn, speed in hidden)
     return _Waves(turns, -sizes, phases, slack, speed, turn_sigma, unseen)
 
@@ -684,55 +684,59 @@ def redrawn(reading: Reading, before: Steady) -> Curve:
 
 
 class Smoothing:
-    """The linear map from readings to a curve of known stiffness: a trend, harmonics and a spline, by least squares.
+    """The linear map from an encoder's readings to a curve of known stiffness: harmonics and a spline by least squares.
 
     Args:
-        curve: whose harmonics and knots are used.
-        size: readings in a mean.
-        time: of the readings [s], (n,).
+        reading: at whose times values are given.
+        before: curve whose harmonics and knots are used.
     """
 
-    def __init__(self, curve: Curve, size: int, time: Array) -> None:
+    def __init__(self, reading: Reading, before: Steady) -> None:
         from scipy.interpolate import BSpline
         from scipy.linalg import cholesky_banded
 
-        self._knots, self._turns, self._size = curve.spline.t, curve.waves.turns, size
-        time = self._means(time)
-        trend = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, len(time)), DEGREE)
-        along = np.multiply.outer(time, self._turns)
-        self._waves = np.hstack([np.cos(along), np.sin(along)])
-        self._inverse = np.linalg.pinv(np.hstack([self._waves, trend]))[: self._waves.shape[1]]
-        self._basis = BSpline.design_matrix(time, self._knots, 3)
+        self._reading, self._size, self._turns = reading, before.size, before.curve.waves.turns
+        self._knots = before.curve.spline.t
+        self._time, _, self._within = _spline_means(reading, self._size, _waves(None))
+        x = 2.0 * (self._time - self._time[0]) / np.ptp(self._time) - 1.0
+        along = [turn * reading.time for turn in self._turns.tolist()]
+        self._waves = np.array([self._means(one(each)) for one in (np.cos, np.sin) for each in along]).reshape(
+            -1, len(x)
+        )
+        table = np.vstack([self._waves, np.polynomial.legendre.legvander(x, DEGREE).T])
+        self._inverse = np.linalg.pinv(table.T)[: len(self._waves)]
+        self._basis = BSpline.design_matrix(self._time, self._knots, 3)
         normal = self._basis.T @ self._basis
-        bands = [np.append(normal.diagonal(-k), np.zeros(k)) for k in range(4)]
-        self._root = cholesky_banded(np.array(bands), lower=True)
+        self._root = cholesky_banded([np.append(normal.diagonal(-k), np.zeros(k)) for k in range(4)], lower=True)
 
     def _means(self, values: Array) -> Array:
-        count = len(values) // self._size
-        return values[: count * self._size].reshape(count, self._size).mean(axis=1)
+        return _spline_means(self._reading._replace(shown=values, lift=0.0), self._size, _waves(None))[1]
+
+    def _through(self, means: Array) -> BSpline:
+        from scipy.interpolate import BSpline
+        from scipy.linalg import cho_solve_banded
+
+        return BSpline(self._knots, cho_solve_banded((self._root, True), self._basis.T @ means), 3)
 
     def __call__(self, values: Array) -> Callable[[Array, int], Array]:
         """Return the curve through values of the readings, (n,), as a function of time and of its derivative's order.
 
+        >>> from gears3d.measured.encoder import read_encoder
         >>> time = np.arange(0.0, 2.0, 1e-3)
-        >>> made = steady(read_encoder(time, 3.0 * time + 0.01 * np.sin(20.0 * time)))
-        >>> through = Smoothing(made.curve, made.size, time)(np.exp(20j * time))
+        >>> reading = read_encoder(time, 3.0 * time + 0.01 * np.sin(20.0 * time))
+        >>> through = Smoothing(reading, steady(reading))(np.exp(20j * time))
         >>> bool(abs(through(np.array([1.0]), 1)[0] - 20j * np.exp(20j)) < 1e-3)
         True
         """
-        from scipy.interpolate import BSpline
-        from scipy.linalg import cho_solve_banded
-
-        means, turns = self._means(values), self._turns
+        means = self._means(values)
         sizes = self._inverse @ means
-        spline = BSpline(
-            self._knots, cho_solve_banded((self._root, True), self._basis.T @ (means - self._waves @ sizes)), 3
-        )
+        rest = means - sizes @ self._waves
+        spline = self._through(rest - 0.5 * self._within * self._through(rest)(self._time, 2))
         cosines, sines = np.split(sizes, 2)
 
         def at(time: Array, order: int) -> Array:
             made = spline(time, order)
-            for turn, a, b in zip(turns.tolist(), cosines.tolist(), sines.tolist(), strict=True):
+            for turn, a, b in zip(self._turns.tolist(), cosines.tolist(), sines.tolist(), strict=True):
                 phase = turn * time + 0.5 * pi * order
                 made = made + turn**order * (a * np.cos(phase) + b * np.sin(phase))
             return made
@@ -743,7 +747,7 @@ class Smoothing:
 def _spline_means(reading: Reading, size: int, waves: _Waves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return means over so many readings without their harmonics, and the variance of time in each [s²]."""
     count = len(reading.time) // size
-    time, angle, within = np.zeros(count), np.zeros(count), np.zeros(count)
+    time, angle, within = np.zeros(count), np.zeros(count, reading.shown.dtype), np.zeros(count)
     for first in range(0, count, AT_ONCE):
         last = min(first + AT_ONCE, count)
         rows = reading.time[first * size : last * size].reshape(last - first, size)
