@@ -371,14 +371,15 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
     """
     windows, part_of_all = seen.windows, 1.0 if seen.windows.long else 0.5
     path = path_search(windows, seen.candidates, lambda part: progress(part_of_all * part))
-    if path is None or path.scatter is not None or not path.causes or windows.long:
+    if path is None or path.scatter is not None or windows.long:
         return path and (windows, path)
     longer = seen.longer()
     longer.zeros, longer.turned, longer.motion = windows.zeros.copy(), windows.turned.copy(), windows.motion
     level = level_in(longer, path.causes) if len(longer) else 0.0
-    first = path.causes if level < NOISE * path.after else ()
-    if first and not {one.candidate.kind for one in first} & {OIL, SOFT}:
+    predicts = level < NOISE * path.after
+    if predicts and not {one.candidate.kind for one in path.causes} & {OIL, SOFT}:
         return windows, path
+    first = path.causes if predicts else ()
     longer = longer if first else seen.longer()  # datums of wrong causes are wrong
     again = path_search(longer, seen.candidates, lambda part: progress(0.5 + 0.5 * part), first)
     return (longer, again) if again is not None and again.after < level else (windows, path)

@@ -18,6 +18,7 @@ from gears3d.diagnosis.causes import (
     EXCLUDED,
     LARGEST,
     MODEL_ERROR,
+    MOST_DRAG,
     SMALLEST,
     Candidate,
     Cause,
@@ -75,7 +76,8 @@ from gears3d.diagnosis.preprocessing import order_of
 from gears3d.diagnosis.run_information import widths_of
 from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
-from gears3d.effects import SensorEffect
+from gears3d.diagnosis.shooting_kernels import slowed, torques_of
+from gears3d.effects import Code, SensorEffect
 from gears3d.errors import InputError
 
 Array = np.ndarray
@@ -462,7 +464,16 @@ def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: Sta
 def _is_accepted(windows: Windows, base: State, less: State, more: State) -> bool:
     """Return whether the last cause is accepted: by its size, which a rig can have, and its gain."""
     able = more.causes[-1].possible and SMALLEST < size_of(windows, more.causes[-1]) < LARGEST
-    return able and _is_significant(windows, base, less, more)
+    return able and _leaves_drag(windows, more.causes) and _is_significant(windows, base, less, more)
+
+
+def _leaves_drag(windows: Windows, causes: Sequence[Cause]) -> bool:
+    """Return whether torques at mean speed still drag: without, nothing would keep the gear on its driver."""
+    drag = windows.values.drag_torque
+    own = [one.effect for one in causes if one.effect is not None]
+    rows = [*windows.base, *(row for effect in own for row in effect.rows(windows.values))]
+    torques = torques_of([row for row in rows if row.code != Code.TORQUE_HARMONIC], drag)
+    return -slowed(1e9, 0.0, windows.pivot, 0, torques, 1.0) >= (1.0 - MOST_DRAG) * drag
 
 
 def _is_significant(windows: Windows, base: State, less: State, more: State) -> bool:

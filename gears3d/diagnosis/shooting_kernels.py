@@ -36,7 +36,7 @@ def impacts_of(events: Array) -> tuple[Array, Array, Array]:
 
 
 @tight
-def _slowed(t: float, angle: float, speed: float, mode: int, torques: Array, lever: float) -> float:
+def slowed(t: float, angle: float, speed: float, mode: int, torques: Array, lever: float) -> float:
     """Return the acceleration of the loose gear by its torques along the line of action [m/s²]."""
     sign = 1.0 if speed > 0.0 else (-1.0 if speed < 0.0 else 0.0)
     total = 0.0
@@ -96,12 +96,12 @@ def _window(
             f = 1.0 - rest / step
             t = begin + (i + f) * step
             if mode == 0:
-                a = _slowed(
+                a = slowed(
                     t, ahead + (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2,
                     (v + r1 * (speed[i] + f * (speed[i + 1] - speed[i]))) / r2, 0, torques, lever,
                 ) - r1 * (rate[i] + f * (rate[i + 1] - rate[i]))  # fmt: skip
                 s1, v1 = s + v * rest + 0.5 * a * rest**2, v + a * rest
-                end = _slowed(
+                end = slowed(
                     t + rest, ahead + (s1 + r1 * angle[i + 1]) / r2, (v1 + r1 * speed[i + 1]) / r2, 0, torques, lever
                 ) - r1 * rate[i + 1]  # fmt: skip
                 jerk = (end - a) / rest
@@ -146,11 +146,11 @@ def _window(
             else:
                 own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
                 lean, (place, leans) = _at(own, i, 0.0, step)[1], _at(own, i, 1.0, step)
-                first = _slowed(
+                first = slowed(
                     t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever
                 )
                 first = sign * (first - r1 * rate[i] - _bent(own, i, step))
-                last = _slowed(
+                last = slowed(
                     begin + (i + 1) * step, ahead + (place + r1 * angle[i + 1]) / r2, (leans + r1 * speed[i + 1]) / r2,
                     mode, torques, lever,
                 )  # fmt: skip
@@ -205,7 +205,7 @@ def _pushed(
     beyond, leans = _at(reverse, i, f, step)
     mode = 1 if s - place < film[5] else (2 if beyond - s < film[5] else 0)
     turn = ahead + (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2
-    free = _slowed(begin + (i + f) * step, turn, loose, mode, torques, lever)
+    free = slowed(begin + (i + f) * step, turn, loose, mode, torques, lever)
     free -= r1 * (rate[i] + f * (rate[i + 1] - rate[i]))
     draws = abs(film[2] * turns + film[3] * loose)
     rub = film[8] if loose >= 0.0 else -film[8]
@@ -318,7 +318,7 @@ def _floats(
     own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
     lean = _at(own, 0, 0.0, step)[1]
     loose = (lean + about[0] * speed[0]) / about[1]
-    load = -sign * (_slowed(0.0, 0.0, loose, 0, torques, about[2]) - about[0] * rate[0]) / (about[1] * about[2])
+    load = -sign * (slowed(0.0, 0.0, loose, 0, torques, about[2]) - about[0] * rate[0]) / (about[1] * about[2])
     draws = abs(film[2] * speed[0] + film[3] * loose)
     high = 0.25 * (reverse[0] - active[0])
     gap = min(max(film[0] * draws / load if load > 0.0 else high, film[4]), high)
@@ -406,7 +406,7 @@ def slowing(
     r1, r2, lever = about[0], about[1], about[2]
     for w in range(len(begin)):
         for i in range(angle.shape[1]):
-            made[w, i] = _slowed(
+            made[w, i] = slowed(
                 begin[w] + i * step[w], ahead[w] + (path[w, i] + r1 * angle[w, i]) / r2,
                 (pace[w, i] + r1 * speed[w, i]) / r2, 0, torques, lever,
             )  # fmt: skip
@@ -552,14 +552,14 @@ def _falls(
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Return, for the rest of a step in flight, accelerations of path and twist without the spring, and their rates."""
     r1, r2, lever = about[0], about[1], about[2]
-    q = _slowed(
+    q = slowed(
         t, ahead + (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2,
         (v + r1 * (speed[i] + f * (speed[i + 1] - speed[i]))) / r2, 0, torques, lever,
     )  # fmt: skip
     p = q - r1 * (rate[i] + f * (rate[i + 1] - rate[i]))
     a = p + pulled
     s1, v1 = s + v * rest + 0.5 * a * rest**2, v + a * rest
-    end = _slowed(t + rest, ahead + (s1 + r1 * angle[i + 1]) / r2, (v1 + r1 * speed[i + 1]) / r2, 0, torques, lever)
+    end = slowed(t + rest, ahead + (s1 + r1 * angle[i + 1]) / r2, (v1 + r1 * speed[i + 1]) / r2, 0, torques, lever)
     return p, (end - r1 * rate[i + 1] - p) / rest, q / r2, (end - q) / rest / r2
 
 
@@ -572,9 +572,9 @@ def _rests(
     r1, r2, lever = about[0], about[1], about[2]
     bend, bent = _bent(own, i, step), _bent(own, i + 1, step)
     lean, (place, leans) = _at(own, i, 0.0, step)[1], _at(own, i, 1.0, step)
-    p = _slowed(t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever)
+    p = slowed(t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever)
     p = sign * (p - r1 * rate[i] - bend)
-    jerk = _slowed(
+    jerk = slowed(
         last, ahead + (place + r1 * angle[i + 1]) / r2, (leans + r1 * speed[i + 1]) / r2, mode, torques, lever
     )
     jerk = sign * (jerk - r1 * rate[i + 1] - bent) - p

@@ -64,6 +64,14 @@ def test_a_torque_is_found_whose_absence_bends_the_motion_of_the_drive():
 
 
 @pytest.mark.slow
+def test_a_film_that_a_gear_without_drag_imitates_is_found_in_longer_windows():
+    """A shaft at 24 times the speed of the gear, which takes its drag away, fitted windows of one fall."""
+    told = play(next(iter(cases("space", 655, 1))))
+    assert told["kinds_right"] == ["oil_film"]
+    assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
 def test_an_error_of_the_encoder_of_the_drive_is_no_transmission_error():
     """The curve of the drive lacks sidebands of it; both were one set, or were named together."""
     told = play(next(iter(cases("space", 637, 1))))
