@@ -30,7 +30,7 @@ from gears3d.diagnosis.causes import (
 )
 from gears3d.diagnosis.evidence import Paths, has_compliance, uncut
 from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
-from gears3d.diagnosis.path_search import Path, path_search
+from gears3d.diagnosis.path_search import Path, law_of_contact, path_search
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
 from gears3d.diagnosis.prediction import parts_of
 from gears3d.diagnosis.preprocessing import Note, segmented, settled, turn, usable
@@ -381,6 +381,8 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
         return windows, path
     first = path.causes if predicts else ()
     longer = longer if first else seen.longer()  # datums of wrong causes are wrong
+    if not path.causes and not (first := law_of_contact(longer, seen.candidates)):
+        return windows, path  # errors of the drive's motion grow with the length as well
     again = path_search(longer, seen.candidates, lambda part: progress(0.5 + 0.5 * part), first)
     return (longer, again) if again is not None and again.after < level else (windows, path)
 

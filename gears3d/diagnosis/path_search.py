@@ -285,14 +285,31 @@ def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: St
     far = max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) > 1.0 or _repeats(windows, found)
     if BODY in there or not there or not (far or (there & {OIL, SOFT} and windows.long)):
         return found
-    few, _, first = _sampled(windows, base)
-    others = [one for one in known if one.kind not in there]
-    tries = _at_sizes(few, others, first, first, ACCEPT_PATH * len(few) / len(windows))
-    tries = [_whole(windows, base, few, one) for one in tries]
-    if (best := _simplest(windows, base, [one for one in tries if _is_accepted(windows, base, base, one)])) is not None:
+    if (best := _with_law(windows, [one for one in known if one.kind not in there], base)) is not None:
         best = _simplest(windows, base, [found, _forward(windows, known, base, best, lambda part: None)])
     restore(windows, best or found)
     return best or found
+
+
+def _with_law(windows: Windows, known: Sequence[Candidate], base: State) -> State | None:
+    """Return a state with a candidate that is tried at several sizes, where one is accepted."""
+    few, _, first = _sampled(windows, base)
+    tries = _at_sizes(few, known, first, first, ACCEPT_PATH * len(few) / len(windows))
+    tries = [_whole(windows, base, few, one) for one in tries]
+    return _simplest(windows, base, [one for one in tries if _is_accepted(windows, base, base, one)])
+
+
+def law_of_contact(windows: Windows, known: Sequence[Candidate]) -> tuple[Cause, ...]:
+    """Return the law of contact that alone explains windows best, which get its starts and datums; none if none does.
+
+    Args:
+        windows: of the records.
+        known: candidates.
+    """
+    base = polished(windows, _opened(windows), thorough=True)
+    law = _with_law(windows, [one for one in known if one.kind in (OIL, SOFT)], base)
+    restore(windows, law or base)
+    return law.causes if law else ()
 
 
 def _repeats(windows: Windows, found: State) -> bool:
