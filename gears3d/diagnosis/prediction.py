@@ -164,8 +164,8 @@ class Unfollowed:
 
     def _made(self, order: int) -> Array:
         for one in self._tracks[len(self._curves) :]:
-            reading = one.readings[0]
-            self._curves.append((Smoothing(reading, one.steady), one.steady.curve(reading.time)))
+            smoothing = Smoothing(one.readings[0], one.steady)
+            self._curves.append((smoothing, one.steady.curve(smoothing.time)))
         angle, speed, rate = self._drive
         turn = np.exp(1j * order * angle)
         made = np.array([turn, 1j * order * speed * turn, (1j * order * rate - (order * speed) ** 2) * turn])

@@ -81,6 +81,8 @@ GROWN = 1.5
 PER_PERIOD = 12.0
 # Variation of the variance of times in a mean that is rounding.
 EVEN = 1e-3
+# Readings in a mean that are enough for a known motion.
+MEANT = 8
 # Spans between knots of the coarsest curve.
 AT_LEAST = 8
 # Correlation time of the error of a cubic spline through white noise, in spans: in 30 splines of 10 to 100 spans the
@@ -687,22 +689,25 @@ class Smoothing:
     """The linear map from an encoder's readings to a curve of known stiffness: harmonics and a spline by least squares.
 
     Args:
-        reading: at whose times values are given.
+        reading: of the encoder.
         before: curve whose harmonics and knots are used.
+
+    Attributes:
+        time: at which values are given: of readings, a few in each mean [s], (n,).
     """
 
     def __init__(self, reading: Reading, before: Steady) -> None:
         from scipy.interpolate import BSpline
         from scipy.linalg import cholesky_banded
 
-        self._reading, self._size, self._turns = reading, before.size, before.curve.waves.turns
-        self._knots = before.curve.spline.t
-        self._time, _, self._within = _spline_means(reading, self._size, _waves(None))
+        step = max(before.size // MEANT, 1)
+        self.time, self._knots, self._turns = reading.time[::step], before.curve.spline.t, before.curve.waves.turns
+        self._reading = reading._replace(time=self.time, shown=self.time, lift=0.0)
+        self._size = before.size // step
+        self._time, _, self._within = _spline_means(self._reading, self._size, _waves(None))
         x = 2.0 * (self._time - self._time[0]) / np.ptp(self._time) - 1.0
-        along = [turn * reading.time for turn in self._turns.tolist()]
-        self._waves = np.array([self._means(one(each)) for one in (np.cos, np.sin) for each in along]).reshape(
-            -1, len(x)
-        )
+        waves = [self._means(one(turn * self.time)) for one in (np.cos, np.sin) for turn in self._turns.tolist()]
+        self._waves = np.array(waves).reshape(-1, len(x))
         table = np.vstack([self._waves, np.polynomial.legendre.legvander(x, DEGREE).T])
         self._inverse = np.linalg.pinv(table.T)[: len(self._waves)]
         self._basis = BSpline.design_matrix(self._time, self._knots, 3)
@@ -710,7 +715,7 @@ class Smoothing:
         self._root = cholesky_banded([np.append(normal.diagonal(-k), np.zeros(k)) for k in range(4)], lower=True)
 
     def _means(self, values: Array) -> Array:
-        return _spline_means(self._reading._replace(shown=values, lift=0.0), self._size, _waves(None))[1]
+        return _spline_means(self._reading._replace(shown=values), self._size, _waves(None))[1]
 
     def _through(self, means: Array) -> BSpline:
         from scipy.interpolate import BSpline
@@ -719,12 +724,13 @@ class Smoothing:
         return BSpline(self._knots, cho_solve_banded((self._root, True), self._basis.T @ means), 3)
 
     def __call__(self, values: Array) -> Callable[[Array, int], Array]:
-        """Return the curve through values of the readings, (n,), as a function of time and of its derivative's order.
+        """Return the curve through values, (n,), as a function of time and of its derivative's order.
 
         >>> from gears3d.measured.encoder import read_encoder
         >>> time = np.arange(0.0, 2.0, 1e-3)
         >>> reading = read_encoder(time, 3.0 * time + 0.01 * np.sin(20.0 * time))
-        >>> through = Smoothing(reading, steady(reading))(np.exp(20j * time))
+        >>> smoothing = Smoothing(reading, steady(reading))
+        >>> through = smoothing(np.exp(20j * smoothing.time))
         >>> bool(abs(through(np.array([1.0]), 1)[0] - 20j * np.exp(20j)) < 1e-3)
         True
         """
