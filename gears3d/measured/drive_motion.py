@@ -712,7 +712,9 @@ class Smoothing:
         self._inverse = np.linalg.pinv(table.T)[: len(self._waves)]
         self._basis = BSpline.design_matrix(self._time, self._knots, 3)
         normal = self._basis.T @ self._basis
-        self._root = cholesky_banded([np.append(normal.diagonal(-k), np.zeros(k)) for k in range(4)], lower=True)
+        bands = np.array([np.append(normal.diagonal(-k), np.zeros(k)) for k in range(4)])
+        bands[0] += 1e-12 * bands[0].max()  # spans without a reading
+        self._root = cholesky_banded(bands, lower=True)
 
     def _means(self, values: Array) -> Array:
         return _spline_means(self._reading._replace(shown=values), self._size, _waves(None))[1]
