@@ -710,7 +710,7 @@ class Smoothing:
         self._waves = np.array(waves).reshape(-1, len(x))
         table = np.vstack([self._waves, np.polynomial.legendre.legvander(x, DEGREE).T])
         self._inverse = np.linalg.pinv(table.T)[: len(self._waves)]
-        self._basis = BSpline.design_matrix(self._time, self._knots, 3)
+        self._basis = BSpline.design_matrix(self._time, self._knots, 3, extrapolate=True)  # half a mean at the ends
         normal = self._basis.T @ self._basis
         bands = np.array([np.append(normal.diagonal(-k), np.zeros(k)) for k in range(4)])
         bands[0] += 1e-12 * bands[0].max()  # spans without a reading

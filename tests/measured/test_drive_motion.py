@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.measured.checks import admit
-from gears3d.measured.drive_motion import drive_motion, motion_of, steady
+from gears3d.measured.drive_motion import Smoothing, drive_motion, motion_of, steady
 from gears3d.measured.encoder import model_noise, read_encoder
 from gears3d.recording import Recording
 from gears3d.scenario import load
@@ -199,3 +199,13 @@ def test_a_harmonic_beneath_the_lines_of_counts_may_be_as_large_as_it_fits():
     known = {round(one.frequency / frequency): one.amplitude for one in (*found.harmonics[1:], *found.hidden)}
     for (amplitude, _, _), times in zip(small, (2, 3), strict=True):
         assert known[times] == pytest.approx(amplitude, rel=0.5)
+
+
+def test_smoothing_has_the_ends_of_a_record_whose_last_mean_is_complete():
+    """Fewer readings in each mean end later than the knots of the curve."""
+    time = np.arange(19 * 3000) * 2e-5
+    reading = read_encoder(time, 30.0 * time + 0.01 * np.sin(50.0 * time))
+    smoothing = Smoothing(reading, steady(reading))
+    through = smoothing(np.sin(50.0 * smoothing.time))
+    inner = time[2000:-2000]
+    assert np.max(np.abs(through(inner, 0) - np.sin(50.0 * inner))) < 1e-3
