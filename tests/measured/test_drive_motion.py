@@ -204,7 +204,8 @@ def test_a_harmonic_beneath_the_lines_of_counts_may_be_as_large_as_it_fits():
 def test_smoothing_has_the_ends_of_a_record_whose_last_mean_is_complete():
     """Fewer readings in each mean end later than the knots of the curve."""
     time = np.arange(19 * 3000) * 2e-5
-    reading = read_encoder(time, 30.0 * time + 0.01 * np.sin(50.0 * time))
+    noise = 1e-4 * np.random.default_rng(1).standard_normal(len(time))
+    reading = read_encoder(time, 30.0 * time + 0.01 * np.sin(50.0 * time) + noise)
     smoothing = Smoothing(reading, steady(reading))
     through = smoothing(np.sin(50.0 * smoothing.time))
     inner = time[2000:-2000]
