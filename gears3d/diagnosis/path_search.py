@@ -489,8 +489,8 @@ def _leaves_drag(windows: Windows, causes: Sequence[Cause]) -> bool:
     drag = windows.values.drag_torque
     own = [one.effect for one in causes if one.effect is not None]
     rows = [*windows.base, *(row for effect in own for row in effect.rows(windows.values))]
-    torques = torques_of([row for row in rows if row.code != Code.TORQUE_HARMONIC], drag)
-    return -slowed(1e9, 0.0, windows.pivot, 0, torques, 1.0) >= (1.0 - MOST_DRAG) * drag
+    torques = torques_of([row for row in rows if row.code != Code.TORQUE_HARMONIC], drag)  # its mean is 0
+    return -slowed(np.inf, 0.0, windows.pivot, 0, torques, 1.0) >= (1.0 - MOST_DRAG) * drag
 
 
 def _is_significant(windows: Windows, base: State, less: State, more: State) -> bool:
