@@ -497,14 +497,15 @@ def carrying(windows: Windows, turns: Sequence[float], now: State, start: State)
     part = few.until(reach) if reach < 1.0 else few
     found = [_short_fit(part, falls.causes[:-1], _cause(law, turn, size), SHORT) for turn in near or grid.tolist()]
     found = _distinct(part, found)
-    if not _level(part, found[0]) < HELPS * _level(part, _longer(part, falls._replace(causes=falls.causes[:-1]))):
+    less = _longer(part, falls._replace(causes=falls.causes[:-1]))
+    if not part.usual(found[0].rest) < HELPS * part.usual(less.rest):
         restore(windows, now)
         return now
     while part is not few:
         reach *= FARTHER[1]
         part = few.until(reach) if reach < 1.0 else few
         found = [_longer(part, one) for one in found]
-    best = min(found, key=lambda one: _level(few, one))
+    best = min(found, key=lambda one: few.usual(one.rest))
     restore(windows, now)
     windows.zeros, windows.weight = best.zeros.copy(), np.ones(len(windows))
     return _longer(windows, best)
@@ -513,7 +514,7 @@ def carrying(windows: Windows, turns: Sequence[float], now: State, start: State)
 def _distinct(windows: Windows, tries: Sequence[State]) -> list[State]:
     """Return the best states of distinct frequencies."""
     made: list[State] = []
-    for one in sorted(tries, key=lambda one: _level(windows, one)):
+    for one in sorted(tries, key=lambda one: windows.usual(one.rest)):
         turn = swings(one.causes[-1])[0]
         if all(abs(turn / swings(other.causes[-1])[0] - 1.0) > SAME for other in made):
             made.append(one)
@@ -548,17 +549,12 @@ def _longer(part: Windows, now: State) -> State:
     return fitted(part, state_of(part, now.causes, rest))
 
 
-def _level(windows: Windows, now: State) -> float:
-    """Return the median mean square of residuals."""
-    return float(np.median(windows.level(now.rest)))
-
-
 def playing(windows: Windows, now: State, least: float) -> State:
     """Return a state whose last cause, a second body, has play, where that gains enough."""
     if not now.causes or now.causes[-1].candidate.kind != BODY:  # no second body
         return now
     best = now
-    for part in PLAYS if _level(windows, now) > NOISE else ():
+    for part in PLAYS if windows.usual(now.rest) > NOISE else ():
         restore(windows, now)
         tried = polished(windows, _longer(windows, now._replace(causes=(*now.causes[:-1], _loose(windows, now, part)))))
         if gain_of(windows, best, tried)[0] > least:

@@ -578,6 +578,15 @@ def polished(windows: Windows, now: State, *, thorough: bool = False) -> State:
     return _from_measured_motion(windows, now) if thorough and np.abs(now.motion).max(initial=0.0) > BENDS else now
 
 
+def unrounded(windows: Windows, now: State) -> State:
+    """Return a state fitted to readings without the rounding to counts that it explains, where residuals fall."""
+    restore(windows, now)
+    effects = effects_of(now.causes)
+    if not windows.unrounded(effects):
+        return now
+    return polished(windows, fitted(windows, state_of(windows, now.causes, windows.residuals(effects))), thorough=True)
+
+
 def _from_measured_motion(windows: Windows, now: State) -> State:
     """Return the better of a state and one fitted from the drive's motion as measured, which other causes may bend."""
     windows.motion, effects = np.zeros_like(now.motion), effects_of(now.causes)

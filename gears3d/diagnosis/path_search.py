@@ -70,6 +70,7 @@ from gears3d.diagnosis.path_fit import (
     size_of,
     state_of,
     uncorrected,
+    unrounded,
 )
 from gears3d.diagnosis.prediction import GEARS, restitution, unclipped
 from gears3d.diagnosis.preprocessing import order_of
@@ -168,7 +169,7 @@ def path_search(
     if len(windows) < SCORED // 4:
         return None
     now = polished(windows, state_of(windows, first, windows.residuals(effects_of(first)))) if first else None
-    base = polished(windows, _opened(windows), thorough=True)
+    base = unrounded(windows, polished(windows, _opened(windows), thorough=True))
     if now is None:
         found = _selected(windows, known, base, lambda part: progress(0.5 * part))
     else:
@@ -191,7 +192,7 @@ def path_search(
     usual, covariance = windows.level(windows.missed(effects_of(found.causes))), covariance_of(windows, found)
     made = Path(
         found.causes, covariance, widths_of(windows, found, covariance), np.array(gains),
-        float(np.median(windows.level(base.rest))), float(np.median(level)),
+        windows.usual(base.rest), windows.usual(found.rest),
         float(np.mean(level > FAR * max(float(np.median(level)), 1.0))),
         float(np.sqrt(np.median(usual))), len(windows), tuple(others),
         detectable(windows, known, found, covariance), unsure=unsure, deviations=deviations(windows, found.causes),
@@ -253,7 +254,7 @@ def _selected(windows: Windows, known: Sequence[Candidate], base: State, progres
 
 
 def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> tuple[State, State]:
-    """Return the states without and with causes, with 1/f noise that is not confounded with scattering restitution.
+    """Return the states without and with causes, with 1/f noise that no scatter explains, and rounding that all do.
 
     Kicks of impacts explain 1/f noise as well. It is estimated from the residuals without them, then from those of all
     causes.
@@ -272,6 +273,10 @@ def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, f
         rest = windows.residuals(effects_of(found.causes))
         found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)), thorough=True)
         found = _forward(windows, known, base, _backward(windows, base, found), lambda part: None)
+    if found.causes and (exact := unrounded(windows, found)) is not found:
+        base = polished(windows, _opened(windows), thorough=True)
+        restore(windows, exact)
+        found = _forward(windows, known, base, _backward(windows, base, exact), lambda part: None)
     return base, found
 
 
@@ -281,7 +286,7 @@ def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: St
     It is tried where causes leave more than noise, need a motion of the drive that its readings exclude, repeat with
     its fluctuation, as the residual of any periodic motion does, or, in long windows, have another law.
     """
-    level, there = float(np.median(windows.level(found.rest))), {one.candidate.kind for one in found.causes}
+    level, there = windows.usual(found.rest), {one.candidate.kind for one in found.causes}
     far = max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) > 1.0 or _repeats(windows, found)
     if BODY in there or not there or not (far or (there & {OIL, SOFT} and windows.long)):
         return found
@@ -392,7 +397,7 @@ def _forward(
         best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
         if best is None:
             best = _of_diverging(windows, known, base, now)
-        if best is None and float(np.median(windows.level(now.rest))) > NOISE:
+        if best is None and windows.usual(now.rest) > NOISE:
             tries = _with_body_at(few, known, (), first, _part(few, mine, base), enough)
             tries = [_whole(windows, now, few, one) for one in tries]
             best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
@@ -506,7 +511,7 @@ def _is_significant(windows: Windows, base: State, less: State, more: State) -> 
         before, after = (float(np.mean(windows.level(one.rest))) for one in (less, more))
         if before < BEYOND * after:
             return False
-    return float(np.median(windows.level(more.rest))) < NOISE or gain > MODEL_ERROR * gain_of(windows, base, more)[0]
+    return windows.usual(more.rest) < NOISE or gain > MODEL_ERROR * gain_of(windows, base, more)[0]
 
 
 def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | None:
@@ -531,7 +536,7 @@ def _least(windows: Windows, gain: float, rest: Array) -> float:
     Where residuals of the better one are noise: that of channels. Else the largest of four standard deviations, a part
     of its gain (model error), and a part of its residuals beyond noise (an unknown cause may be confounded with both).
     """
-    level = float(np.median(windows.level(rest)))
+    level = windows.usual(rest)
     if level < NOISE:
         return excluding(gain)
     return max(EXCLUDED, SAME * gain, LEFT * (level - 1.0) / level * len(windows.read) / windows.runs(rest))
@@ -542,7 +547,7 @@ def _is_worse(windows: Windows, one: State, other: State, least: float) -> bool:
 
     Where the other leaves noise, and this one does not, four standard deviations are enough.
     """
-    off, left = (float(np.median(windows.level(each.rest))) for each in (one, other))
+    off, left = (windows.usual(each.rest) for each in (one, other))
     return gain_of(windows, one, other)[0] > (EXCLUDED if left < NOISE < ACCOUNTS < off else least)
 
 
@@ -784,7 +789,7 @@ def _with_body_at(
         one = polished(windows, carrying(windows, turns, now, start))
         if len(one.causes) > len(start.causes) and gain_of(windows, now, one)[0] > least:
             made.append(playing(windows, one, least))
-        if float(np.median(windows.level(one.rest))) < NOISE:
+        if windows.usual(one.rest) < NOISE:
             break
     restore(windows, now)
     return made

@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 Array = np.ndarray
 # Rounds in which the error of an encoder at a gear's angle is found from its reading; each has n·A of the rest before.
 READING_ROUNDS = 2
+# Readings of a mean up to which their rounding is computed; least part of them, over that of even rounding, that are
+# rounded by 0.4 counts and more; distance of windows in time [s], longer than any record.
+MOST_READINGS, EVENLY, AWAY = 64, 0.8, 1e5
 # Points of the two-point Gauss rule, in widths from the middle: every point of a channel is a mean over a width.
 GAUSS = 0.5 / sqrt(3.0)
 # Names of the channels, in the order of all stacked arrays.
@@ -175,6 +178,76 @@ class Unfollowed:
             for n in range(3):
                 made[n, own] -= curve(self._time[own], n)
         return made.astype(np.complex64)
+
+
+def errors_of(tracks: Sequence[Track], record: Array, time: Array) -> tuple[Array, Array, Array]:
+    """Return errors of the drive's curves at the nodes [rad], and two derivatives, by one standard deviation.
+
+    Of each parameter of a record's harmonics, (m, w, nodes) each; records may have different numbers of them.
+
+    Args:
+        tracks: of the records.
+        record: of each window, (w,).
+        time: of the nodes [s], (w, nodes).
+    """
+    made = []
+    for order in range(3):
+        own = [tracks[k].steady.curve.errors(at, order) for k, at in zip(record, time, strict=True)]
+        most = max(map(len, own), default=0)
+        rows = [np.concatenate([one, np.zeros((most - len(one), time.shape[1]))]) for one in own]
+        made.append(np.array(rows).reshape(len(time), most, time.shape[1]).transpose(1, 0, 2))
+    return made[0], made[1], made[2]
+
+
+class Rounding:
+    """Rounding of the loose gear's readings to counts in windows, which the trajectory determines.
+
+    Where the gear passes equal parts of a count between samples, or the fluctuation is locked to the rotation, these
+    errors repeat: they are not noise, and causes would explain them.
+
+    Args:
+        tracks: of the records.
+        seen: times [s] and displacements [m] of the readings of each window, with its record; those of long windows, in
+            whose means rounding averages out, need not be there.
+        radius: base radius of the loose gear [m].
+        window, time, read: of the means, (n,).
+    """
+
+    def __init__(
+        self, tracks: Sequence[Track], seen: Iterable[tuple[int, Array, Array]], radius: float, window: Array,
+        time: Array, read: Array,
+    ) -> None:  # fmt: skip
+        self._counts = [radius * (one.readings[1].quantum or 0.0) for one in tracks]
+        self._window, self._means, self._read = window, time, read
+        count, made = np.bincount(window), [(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0))]
+        first = np.searchsorted(window, np.arange(len(count)))
+        for number, (k, at, place) in enumerate(seen):
+            size = len(at) // count[number]
+            if tracks[k].readings[1].kind == "counts" and size <= MOST_READINGS:
+                mean = np.repeat(first[number] + np.arange(count[number]), size)
+                made.append((mean, at[: len(mean)], place[: len(mean)]))
+        self._mean, self._time, self._place = (np.concatenate(columns) for columns in zip(*made, strict=True))
+
+    def removed(self, made: Array, record: Array) -> Array:
+        """Return the means of readings [m] without the part of their rounding that predictions explain, (n,).
+
+        made: prediction of each mean [m]; record: of each.
+        """
+        read, window, every = self._read.copy(), self._window, self._mean
+        first, last = (np.searchsorted(window, window[every], side) for side in ("left", "right"))
+        at = np.clip(self._time, self._means[first], self._means[last - 1]) + AWAY * window[every]
+        off = self._place - np.interp(at, self._means + AWAY * window, made)
+        for k in np.unique(record[every]).tolist():
+            own, means, step = record[every] == k, record == k, self._counts[k]
+            wrong = off[own] - step * np.round(off[own] / step)
+            if np.mean(np.abs(wrong) > 0.4 * step) < EVENLY * 0.2:  # the trajectory determines no rounding
+                continue
+            mean, rest = np.bincount(every[own], wrong, len(read))[means], (read - made)[means]
+            mean /= np.maximum(np.bincount(every[own], minlength=len(read))[means], 1)
+            calm = np.abs(rest) < step
+            part = float(mean[calm] @ rest[calm]) / max(float(mean[calm] @ mean[calm]), 1e-300)
+            read[means] -= np.clip(part, 0.0, 1.0) * mean
+        return read
 
 
 def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) -> Array:

@@ -494,7 +494,7 @@ def _along_path(windows: Windows, truth: Truth, free: bool) -> Look:
     now = polished(windows, fitted(windows, state_of(windows, truth.causes, windows.residuals(effects))))
     # a shape with little influence on a small cause may have drifted: all is computed at the causes as given
     now = state_of(windows, truth.causes, settled(windows, effects, windows.residuals(effects)))
-    if float(np.median(windows.level(now.rest))) > ACCOUNTS:
+    if windows.usual(now.rest) > ACCOUNTS:
         return Look(None, None)
     along = windows.along(effects_of(now.causes))
     weight = windows.weights(along.rest)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.evidence import begin_of_flight, likely_root, roots_of
-from gears3d.diagnosis.prediction import GEARS, Unfollowed, deviation, reading_error
+from gears3d.diagnosis.prediction import GEARS, Rounding, Unfollowed, deviation, errors_of, reading_error
 from gears3d.diagnosis.shooting_kernels import (
     body_of,
     carried,
@@ -56,8 +56,9 @@ COLOURED = 0.3
 COLOURS = tuple(0.3 * 2.0 ** (0.5 * k) for k in range(-1, 9))
 # Means of readings over which residuals may keep their sign: half a flight.
 RUN = 16
-# Largest part of its chi-square that another start may leave to replace one.
-BETTER = 0.98
+# Largest part of its chi-square that another start may leave to replace one, and of theirs that readings without
+# rounding may leave to replace readings.
+BETTER, FALLEN = 0.98, 0.9
 # Mean square of residuals of a window, in variances of the noise, up to which they are noise: no other start is tried.
 NOISE = 1.5
 # Step of starts between oil films, in units, for sensitivities.
@@ -140,7 +141,7 @@ class Windows:
         self, rig: Scenario, tracks: Sequence[Track], periods: Sequence[float],
         unmarked: Sequence[Sequence[str]] = (), least: float = FALLS[0],
     ) -> None:  # fmt: skip
-        self.rig, self.pair, self.values = rig, rig.pair(), rig.rig()
+        self.rig, self.pair, self.values, self.periods = rig, rig.pair(), rig.rig(), periods
         self.radii = self.values.base_radius_drive, self.values.base_radius_loose
         self.backlash, self.lever = self.values.backlash, self.radii[1] / self.values.inertia
         slowing = self.lever * max(self.values.drag_torque, 1e-12)
@@ -148,7 +149,6 @@ class Windows:
         self.base, self.effects = rig.rows(), rig.effects
         self.origins = np.array([self.radii[1] * one.origin[1] - self.radii[0] * one.origin[0] for one in tracks])
         self._last: tuple[Any, ...] | None = None
-        self.periods = periods
         self.zeros, self.turned = np.zeros(len(tracks)), np.zeros((len(tracks), 2))
         self.lost = np.array([[gear in own for gear in GEARS] for own in unmarked or [()] * len(tracks)])
         rows, seen = [], []
@@ -158,21 +158,20 @@ class Windows:
                 seen.append(self._read(k, known, at, span))
         self.guessed = self.zeros.copy()
         self.record = np.array([row[0] for row in rows], dtype=int)
-        self.begin = np.array([row[1] for row in rows])
-        span = np.array([row[2] for row in rows])
+        self.begin, span = np.array([row[1:] for row in rows]).reshape(-1, 2).T
         self.step, self.long = span / (NODES - 1), bool(np.all(span > 0.99 * LONG * self.fall))
         time = self.begin[:, None] + np.linspace(0.0, 1.0, NODES) * span[:, None]
-        curves = [known.steady.curve for known in tracks]
-        along = [(curves[k], at) for k, at in zip(self.record, time, strict=True)]
+        along = [(tracks[k].steady.curve, at) for k, at in zip(self.record, time, strict=True)]
         self.drive = tuple(np.array([one(at, n) for one, at in along]).reshape(-1, NODES) for n in range(3))
-        self.drive_errors: tuple[Array, ...] = self._errors(curves, time)
+        self.drive_errors: tuple[Array, ...] = errors_of(tracks, self.record, time)
         self.unfollowed = Unfollowed(tracks, self.record, time, self.drive)
         self.motion = np.zeros((len(tracks), len(self.drive_errors[0])))
         self.sampled = np.ones(len(tracks))  # part of each record's windows, by which priors of its motion count
-        lasts = [len(one[0]) for one in seen]
-        self.window = np.repeat(np.arange(len(rows)), lasts)
+        self.window = np.repeat(np.arange(len(rows)), [len(one[0]) for one in seen])
         self.time, self.read = (np.concatenate([np.zeros(0), *(one[k] for one in seen)]) for k in (0, 1))
-        self.sigma = np.repeat([one[2] for one in seen], lasts)
+        self.sigma = np.array([one[2] for one in seen])[self.window]
+        cut = ((k, *self._place(k, tracks[k], at, at + span)) for k, at, span in rows)
+        self.rounding = Rounding(tracks, cut, self.radii[1], self.window, self.time, self.read)
         share = (self.time - self.begin[self.window]) / self.step[self.window] if rows else self.time
         self.node = np.clip(share.astype(int), 0, NODES - 2)
         self.beyond = share - self.node
@@ -349,6 +348,14 @@ class Windows:
         """Return trajectory residuals of the rig with more effects [m], (n,)."""
         return self.read - self._run(effects, self.starts).made
 
+    def unrounded(self, effects: Sequence[Any]) -> bool:
+        """Remove the rounding of readings to counts that the trajectory explains; return whether residuals fell."""
+        made = self._run(effects, self.starts).made
+        read = self.rounding.removed(made, self.record[self.window])
+        fell = float(np.sum((read - made) ** 2)) < FALLEN * float(np.sum((self.read - made) ** 2))
+        self.read = read if fell else self.read
+        return fell
+
     def rest(self, made: Array, starts: Starts, spread: float) -> Array:
         """Return readings less predictions, and minus the kicks, in standard deviations."""
         rest = self.whitened((self.read - made) / self.sigma)
@@ -429,19 +436,6 @@ class Windows:
             by = [own - each for own, each in zip(by, lacks, strict=True)]
         return [own + each for own, each in zip(made, (apart * by[0], *by), strict=True)]
 
-    def _errors(self, curves: Sequence[Any], time: Array) -> tuple[Array, Array, Array]:
-        """Return errors of the drive's motion at the nodes [rad], and two derivatives, by one standard deviation.
-
-        Of each parameter of a record's harmonics, (m, w, nodes) each; records may have different numbers of them.
-        """
-        made = []
-        for order in range(3):
-            own = [curves[k].errors(at, order) for k, at in zip(self.record, time, strict=True)]
-            most = max(map(len, own), default=0)
-            rows = [np.concatenate([one, np.zeros((most - len(one), NODES))]) for one in own]
-            made.append(np.array(rows).reshape(len(time), most, NODES).transpose(1, 0, 2))
-        return made[0], made[1], made[2]
-
     def misread(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array] | None:
         """Return reading errors of the drive at the nodes, and their derivatives; ``None`` without any."""
         if not (own := [one for one in sensors if one.gear == "drive"]):
@@ -504,20 +498,26 @@ class Windows:
         """Return the weight of each residual by its window."""
         return self.weight[self.every[: len(rest)]]
 
+    def usual(self, rest: Array) -> float:
+        """Return the median of the same, but of means over half a flight where they are less: counts alternate."""
+        return float(np.median(self.level(rest))) * min(self._together(rest), 1.0)
+
     def runs(self, rest: Array) -> float:
-        """Return the number of consecutive readings with about the same residual: 1 for white noise.
+        """Return the number of consecutive readings with about the same residual, at least 1: that of white noise.
 
         Where model errors prevail, it is the same over 25 % of a window.
         """
+        model = float(np.median((ROUNDED * self.backlash / self.sigma) ** 2))
+        return max(self._together(rest), 0.25 * BINS * model, 1.0)
+
+    def _together(self, rest: Array) -> float:
+        """Return the mean square of sums over half a flight, over the sum of squares: 1 for white noise."""
         usual, rest = self.level(rest), rest[: len(self.window)]
         block = np.unique(self.window * BINS + self.order[: len(rest)] // RUN, return_inverse=True)[1]
         count = np.bincount(block)
         good = (usual <= 4.0 * np.median(usual))[self.window] & (count[block] == RUN)
-        if not np.any(good):
-            return 1.0
         sums = np.bincount(block, np.where(good, rest, 0.0))
-        model = float(np.median((ROUNDED * self.backlash / self.sigma) ** 2))
-        return max(float(np.sum(sums**2) / np.sum(rest[good] ** 2)), 0.25 * BINS * model, 1.0)
+        return float(np.sum(sums**2) / np.sum(rest[good] ** 2)) if np.any(good) else 1.0
 
     def early(self, until: float, count: int) -> Array:
         """Return 1 for readings in the first part of their window, and for kicks, else 0, (count,)."""

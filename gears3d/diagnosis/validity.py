@@ -155,7 +155,7 @@ def level_in(longer: Windows, causes: Sequence[Cause]) -> float:
     longer.restart(effects, anew=True)
     rest = path_fit.settled(longer, effects, longer.residuals(effects))
     rest = path_fit.refined(longer, effects, path_fit.followed(longer, effects, rest))
-    return float(np.median(longer.level(rest)))
+    return longer.usual(rest)
 
 
 class Against(NamedTuple):
@@ -217,9 +217,7 @@ def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[fl
     try:
         rest = windows.residuals(path_fit.effects_of(causes))
         found = path_fit.polished(windows, path_fit.fitted(windows, path_fit.state_of(windows, causes, rest)))
-        return Against(
-            found.causes, path_fit.covariance_of(windows, found), float(np.median(windows.level(found.rest)))
-        )
+        return Against(found.causes, path_fit.covariance_of(windows, found), windows.usual(found.rest))
     except InputError:
         return None
     finally:
