@@ -70,6 +70,8 @@ AROUND = 4
 # Times that a reading must come twice for each one that comes next to it, to be repeated by the acquisition: chance
 # makes it half as often.
 REPEATS = 3.0
+# Readings of which the last repeats the one before, at most, and the part of these that must, for a regular update.
+RAREST, REGULAR = 64, 0.98
 # Standard deviations that flicker, random walk and jitter must differ from zero by to be applied.
 SURE = 3.0
 
@@ -276,9 +278,13 @@ def combined(one: NoiseModel, other: NoiseModel, radii: tuple[float, float]) -> 
 def without_repeats(time: np.ndarray, angle: np.ndarray, count: float | None) -> tuple[np.ndarray, np.ndarray]:
     """Return readings without those that only repeat the one before: held readings and occasional repeats.
 
+    Those of a regular update are removed alone: others are equal by chance, and their absence would be an error.
+
     ``time``: of the samples [s], (n,); ``angle``: [rad], (n,); ``count``: of the encoder [rad]; ``None`` for a smooth
     record.
     """
+    if (kept := _updated(angle)) is not None:
+        return time[kept], angle[kept]
     held = held_readings(time, angle).samples > 1
     if held or _twice(angle, count or 0.0):
         fresh = np.append(True, angle[1:] != angle[:-1])
@@ -287,6 +293,18 @@ def without_repeats(time: np.ndarray, angle: np.ndarray, count: float | None) ->
             fresh[again] = _pace(angle, again) < (count or 0.0)
         return time[fresh], angle[fresh]
     return time, angle
+
+
+def _updated(angle: np.ndarray) -> np.ndarray | None:
+    """Return which readings are new where every so many-th one repeats the one before, (n,); ``None`` elsewhere."""
+    same = np.append(False, angle[1:] == angle[:-1])
+    for every in range(2, min(RAREST, len(angle) // FEWEST) + 1):
+        share = same[: min(STRETCH, len(same)) // every * every].reshape(-1, every).mean(axis=0)
+        at = int(np.argmax(share))
+        if share[at] > REGULAR and np.mean(same[at::every]) > REGULAR and np.max(np.delete(share, at)) < HELD_SHARE:
+            same[np.arange(len(same)) % every != at] = False
+            return ~same
+    return None
 
 
 def _twice(angle: np.ndarray, count: float) -> bool:

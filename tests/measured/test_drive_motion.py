@@ -145,6 +145,20 @@ def test_held_readings_make_no_lines_of_their_own():
     assert all(one.frequency < 200.0 for one in found)
 
 
+@pytest.mark.parametrize("every", [10, 11])
+def test_readings_that_repeat_regularly_make_no_lines_where_noise_hides_them(every):
+    """Two counts pass in a sample, and noise of 0.6 counts makes many steps of one: repeats seemed to be chance."""
+    time, count = np.arange(179_000) / 55_137.0, 2.0 * np.pi / 29_357
+    angle = angle_of(time, 25.04, [(0.39, 49.106, 0.0)])
+    noise = 0.61 * count * np.random.default_rng(5).standard_normal(len(time))
+    shown = np.floor((angle + noise) / count) * count
+    late = np.arange(every, len(time), every)
+    shown[late] = shown[late - 1]
+    found = drive_motion(time, shown).harmonics
+    assert [round(one.frequency, 1) for one in found] == [49.1]
+    assert found[0].amplitude == pytest.approx(0.39, abs=3.0 * found[0].amplitude_sigma)
+
+
 @pytest.mark.parametrize("lines", [1424, 5300])
 def test_interpolation_errors_are_no_harmonics_even_where_lines_pass_faster_than_samples(lines):
     """Once and twice per line, at up to four a sample, which the fluctuation spreads over many frequencies."""
