@@ -105,7 +105,13 @@ def _sizes(windows: Windows, now: State) -> dict[str, float]:
     level = np.maximum(windows.level(now.rest), 1.0) * _alike(windows, now.rest)  # noise is what true causes leave
     sure = 1.0 / np.sqrt(level)[windows.every[: len(now.rest)]]
     sure = np.append(sure, 1.0 / away.held[away.record[len(sure) :]])
-    columns = (away(np.array(columns_of(along, now.causes))) * sure).T
+    slopes, at = np.array(columns_of(along, now.causes)), 0
+    for k, cause in enumerate(now.causes):
+        if cause.candidate.kind == SQUARED:  # the path follows the square of its size: the difference, not the slope
+            less = windows.residuals(effects_of([*now.causes[:k], *now.causes[k + 1 :]]))
+            slopes[at] = (less - now.rest) / float((cause.numbers / cause.units)[0])
+        at += len(cause.numbers)
+    columns = (away(slopes) * sure).T
     normal, made, at = columns.T @ columns, {}, 0
     for cause in now.causes:
         sizes = 2 if cause.candidate.phased else 1
@@ -115,8 +121,6 @@ def _sizes(windows: Windows, now: State) -> dict[str, float]:
         alone = normal[np.ix_(own, own)] - cross @ np.linalg.pinv(normal[np.ix_(others, others)], rcond=1e-12) @ cross.T
         size = (cause.numbers / cause.units)[:sizes]
         made[cause.candidate.kind] = float(np.sqrt(max(size @ alone @ size, 0.0)))
-        if cause.candidate.kind == SQUARED:  # the path follows the square of its size, from 0 half as far as the slope
-            made[SQUARED] *= 0.5
         if cause.candidate.kind == SCATTER and (kicks := kicked(windows, now.causes)) is not None:
             made[SCATTER] = float(np.sqrt(2.0 * np.sum(kicks[1] ** 2)))
         at += len(cause.numbers)
