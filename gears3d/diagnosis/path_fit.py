@@ -581,10 +581,14 @@ def polished(windows: Windows, now: State, *, thorough: bool = False) -> State:
 def unrounded(windows: Windows, now: State) -> State:
     """Return a state fitted to readings without the rounding to counts that it explains, where residuals fall."""
     restore(windows, now)
-    effects = effects_of(now.causes)
-    if not windows.unrounded(effects):
-        return now
-    return polished(windows, fitted(windows, state_of(windows, now.causes, windows.residuals(effects))), thorough=True)
+    return refitted(windows, now) if windows.unrounded(effects_of(now.causes)) else now
+
+
+def refitted(windows: Windows, now: State) -> State:
+    """Return a state fitted to the present readings."""
+    restore(windows, now)
+    rest = windows.residuals(effects_of(now.causes))
+    return polished(windows, fitted(windows, state_of(windows, now.causes, rest)), thorough=True)
 
 
 def _from_measured_motion(windows: Windows, now: State) -> State:

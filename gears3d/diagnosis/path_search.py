@@ -62,6 +62,7 @@ from gears3d.diagnosis.path_fit import (
     gain_of,
     polished,
     referenced,
+    refitted,
     restore,
     rezeroed,
     scanned,
@@ -88,10 +89,9 @@ STEADY = 4.0
 # The same of small falls, over the root of the fall: 0.5 where all windows gain equally. It was 0.45 of a restitution
 # in a rig of the blind benchmark (space3, 4); no cause is named in nine rigs without one.
 EVEN = 0.4
-# Windows that must diverge to show a cause that the others do not, and candidates that are fitted to these.
-FEWEST, FITTED_DIVERGING = 5, 2
-# Relative difference of an order and a multiple of the fluctuation's below which both coincide.
-LOCKED = 0.003
+# Windows that must diverge to show a cause that the others do not, and candidates that are fitted to these; relative
+# difference of an order and a multiple of the fluctuation's below which both coincide.
+FEWEST, FITTED_DIVERGING, LOCKED = 5, 2, 0.003
 # Least ratio of mean squares without and with a scatter, whose kicks also explain errors that are correlated over a
 # flight: those of a coarse encoder gave 1.05 in a rig without one, scatters 1.7 and more (space, 458 to 567).
 BEYOND = 1.2
@@ -102,10 +102,9 @@ FITTED = (7, 3)
 # Parts of what a cause explains, and of the residual chi-square beyond noise, by which another must be worse to be
 # excluded: the rest may be model error.
 SAME, LEFT = 0.01, 0.25
-# Standard errors over windows by which the difference of two hypotheses must differ from 0.
-APART = 3.0
-# Largest part of the error that a second body may leave to be the first cause.
-MOST_LEFT = 0.25
+# Standard errors over windows by which the difference of two hypotheses must differ from 0; largest part of the error
+# that a second body may leave to be the first cause.
+APART, MOST_LEFT = 3.0, 0.25
 # Increasing parts of windows, from their beginning, in which causes are selected; residuals in backlashes up to which
 # sensitivities are valid, and from which on, with all causes, the record is of another rig; quantile of windows for
 # both.
@@ -168,13 +167,19 @@ def path_search(
     """
     if len(windows) < SCORED // 4:
         return None
-    now = polished(windows, state_of(windows, first, windows.residuals(effects_of(first)))) if first else None
+    now = state_of(windows, first, windows.residuals(effects_of(first)))
     base = unrounded(windows, polished(windows, _opened(windows), thorough=True))
-    if now is None:
-        found = _selected(windows, known, base, lambda part: progress(0.5 * part))
+    shown = windows.read
+    if first:
+        now = _backward(windows, base, refitted(windows, now))
+        found = _forward(windows, known, base, now, lambda part: progress(0.5 * part))
     else:
-        found = _forward(windows, known, base, _backward(windows, base, now), lambda part: progress(0.5 * part))
+        found = _selected(windows, known, base, lambda part: progress(0.5 * part))
     base, found = _with_own_noise(windows, known, base, found)
+    exact = unrounded(windows, found) if found.causes else found
+    base = base if windows.read is shown else _without_causes(windows, exact)
+    if exact is not found:
+        found = _forward(windows, known, base, _backward(windows, base, exact), lambda part: None)
     found = _by_law(windows, known, base, found)
     found, less, instead = _exchanged(windows, known, base, found, lambda part: progress(0.5 + 0.5 * part))
     gains = [gain_of(windows, one, found)[0] for one in less]
@@ -192,8 +197,7 @@ def path_search(
     usual, covariance = windows.level(windows.missed(effects_of(found.causes))), covariance_of(windows, found)
     made = Path(
         found.causes, covariance, widths_of(windows, found, covariance), np.array(gains),
-        windows.usual(base.rest), windows.usual(found.rest),
-        float(np.mean(level > FAR * max(float(np.median(level)), 1.0))),
+        windows.usual(base.rest), windows.usual(found.rest), float(np.mean(level > FAR * max(np.median(level), 1.0))),
         float(np.sqrt(np.median(usual))), len(windows), tuple(others),
         detectable(windows, known, found, covariance), unsure=unsure, deviations=deviations(windows, found.causes),
     )  # fmt: skip
@@ -250,11 +254,11 @@ def _selected(windows: Windows, known: Sequence[Candidate], base: State, progres
                 now = base
                 break
             now = polished(windows, _carried(windows, found)) if found.causes else now
-    return _forward(windows, known, base, _backward(windows, base, now), progress)
+    return _forward(windows, known, base, _backward(windows, base, now), progress, exact=True)
 
 
 def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> tuple[State, State]:
-    """Return the states without and with causes, with 1/f noise that no scatter explains, and rounding that all do.
+    """Return the states without and with causes, with 1/f noise that is not confounded with scattering restitution.
 
     Kicks of impacts explain 1/f noise as well. It is estimated from the residuals without them, then from those of all
     causes.
@@ -268,15 +272,8 @@ def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, f
         less = polished(windows, fitted(windows, state_of(windows, causes, rest)))
         if not windows.coloured(effects_of(less.causes)):
             break
-        base = polished(windows, _opened(windows), thorough=True)
-        restore(windows, found)
-        rest = windows.residuals(effects_of(found.causes))
-        found = polished(windows, fitted(windows, state_of(windows, found.causes, rest)), thorough=True)
+        base, found = _without_causes(windows, found), refitted(windows, found)
         found = _forward(windows, known, base, _backward(windows, base, found), lambda part: None)
-    if found.causes and (exact := unrounded(windows, found)) is not found:
-        base = polished(windows, _opened(windows), thorough=True)
-        restore(windows, exact)
-        found = _forward(windows, known, base, _backward(windows, base, exact), lambda part: None)
     return base, found
 
 
@@ -334,10 +331,8 @@ def _with_second_body(windows: Windows, known: Sequence[Candidate], turns: Seque
     tries = [_whole(windows, base, few, one) for one in _with_body_at(few, known, turns, first, first, ACCEPT_PATH)]
     tries = [one for one in tries if _is_accepted(windows, base, base, one)]
     restore(windows, base)
-    best = _simplest(windows, base, tries)
-    if best is None or not _far(windows, best.rest) < max(MOST_LEFT * _far(windows, base.rest), ACCOUNTS):
-        return base
-    return best
+    best = _simplest(windows, base, tries) or base
+    return best if _far(windows, best.rest) < max(MOST_LEFT * _far(windows, base.rest), ACCOUNTS) else base
 
 
 def _linear_part(windows: Windows, now: State, done: float) -> tuple[float, Windows, State]:
@@ -375,11 +370,12 @@ def _carried(part: Windows, now: State) -> State:
 
 
 def _forward(
-    windows: Windows, known: Sequence[Candidate], base: State, now: State, progress: Callable[[float], None]
-) -> State:
-    """Return a state with more causes, selected forward, as long as they gain.
+    windows: Windows, known: Sequence[Candidate], base: State, now: State, progress: Callable[[float], None],
+    *, exact: bool = False,
+) -> State:  # fmt: skip
+    """Return a state with more causes, selected forward, as long as they gain; a second body where no other does.
 
-    A second body is tried where no other candidate explains the trajectory.
+    If ``exact``, readings lose the rounding that causes explain: states of other readings cannot be compared.
     """
     for number in range(len(now.causes), ROUNDS):
         progress(number / ROUNDS)
@@ -406,9 +402,17 @@ def _forward(
         best = _backward(windows, base, best)
         if gain_of(windows, now, best)[0] <= 0.0:
             break
-        now = best
+        read, now = windows.read, unrounded(windows, best) if exact else best
+        base = base if windows.read is read else _without_causes(windows, now)
     restore(windows, now)
     return now
+
+
+def _without_causes(windows: Windows, now: State) -> State:
+    """Return the state without causes for the present readings; windows keep another."""
+    base = polished(windows, _opened(windows), thorough=True)
+    restore(windows, now)
+    return base
 
 
 def _exchanged(

@@ -155,6 +155,9 @@ def level_in(longer: Windows, causes: Sequence[Cause]) -> float:
     longer.restart(effects, anew=True)
     rest = path_fit.settled(longer, effects, longer.residuals(effects))
     rest = path_fit.refined(longer, effects, path_fit.followed(longer, effects, rest))
+    shown = longer.read
+    rest = path_fit.settled(longer, effects, longer.residuals(effects)) if longer.unrounded(effects) else rest
+    longer.read = shown
     return longer.usual(rest)
 
 
