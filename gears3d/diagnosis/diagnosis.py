@@ -103,8 +103,8 @@ LEAVES, BEYOND = 0.5, 0.01
 FAINT = ("mesh_drag",)
 # Causes that no trajectory determines: the drive moves as measured.
 UNSEEN = ("drive_motion",)
-# Causes that move a flank within less than the distance of two nodes of a window: its trajectory lacks that.
-STEPS = ("pitch_error",)
+# Causes that move a flank from tooth to tooth, and nodes of a window per tooth from which on the trajectory follows it.
+STEPS, PER_TOOTH = ("pitch_error",), 4.0
 # Largest part of the windows that may diverge from the model: 0 to 6 % did in 17 rigs of the blind benchmark (space, 79
 # to 102 and 309; space3, 303) whose causes were found or which had none, 9 to 20 % with a single tooth, 16 % where one
 # record of six was of another rig.
@@ -267,7 +267,10 @@ class AlongPath(NamedTuple):
             found: by a search in channels.
         """
         causes = [one for one in found.fit.causes if one.candidate.kind not in UNSEEN]
-        if any(one.candidate.kind in STEPS for one in causes):
+        turn = float(np.max(self.windows.step[:, None] * np.abs(self.windows.drive[1])))  # of the drive between nodes
+        if turn * self.windows.values.teeth_drive > 2.0 * np.pi / PER_TOOTH and any(
+            one.candidate.kind in STEPS for one in causes
+        ):
             return [False] * len(found.fit.causes)
         turned_of = {one.name: one.turned for one in (*self.others, *found.records)}
         turned = [turned_of.get(name, (0.0, 0.0)) for name in self.names]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, product
 from math import gcd, pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -216,18 +216,23 @@ def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tupl
     return made
 
 
-def at_trial_sizes(windows: Windows, law: Candidate) -> list[Cause]:
-    """Return a cause at each of the sizes at which it is tried."""
+def trials(windows: Windows, law: Candidate, zeros: Array) -> list[tuple[Cause, Array]]:
+    """Return a law at each size at which it is tried, with datums: those of rigid flanks, and of steady contact.
+
+    In steady contact the mean displacement of compliant teeth is their deflection by the drag.
+    """
     if law.kind != SOFT:
-        return [begin(law, np.array([size])) for size in SIZES[law.kind]]
-    mass = windows.values.inertia / windows.values.base_radius_loose**2
+        return [(begin(law, np.array([size])), zeros.copy()) for size in SIZES[law.kind]]
+    record, mass = windows.record[windows.window], windows.values.inertia / windows.values.base_radius_loose**2
+    means = [np.mean(windows.read[record == k]) if np.any(record == k) else zero for k, zero in enumerate(zeros)]
     logarithm = -float(np.log(np.clip(windows.values.restitution, 0.05, 0.95)))
     own = logarithm / float(np.hypot(np.pi, logarithm))  # damping ratio of a linear spring with the rig's restitution
-    return [
-        begin(law._replace(shape={"damping": 2.0 * damping * float(np.sqrt(size * law.unit * mass))}), np.array([size]))
-        for size in SIZES[SOFT]
-        for damping in (*TRIED_DAMPINGS, own)
-    ]
+    made, load = [], windows.values.drag_torque / windows.radii[1]
+    for size, ratio in product(SIZES[SOFT], (*TRIED_DAMPINGS, own)):
+        shape = {"damping": 2.0 * ratio * float(np.sqrt(size * law.unit * mass))}
+        cause = begin(law._replace(shape=shape), np.array([size]))
+        made += [(cause, zeros.copy()), (cause, np.array(means) + load / float(cause.numbers[0]))]
+    return made
 
 
 def detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:

@@ -31,13 +31,13 @@ from gears3d.diagnosis.path_candidates import (
     SCORED,
     SIZES,
     Scatter,
-    at_trial_sizes,
     carrying,
     detectable,
     fewer,
     frequencies,
     playing,
     scores_of,
+    trials,
 )
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
@@ -721,9 +721,9 @@ def _at_sizes(windows: Windows, known: Sequence[Candidate], now: State, start: S
         restore(windows, start)
         few, mine = windows.some(SCORED // 2)
         zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
-        for cause in at_trial_sizes(windows, law):
+        for cause, datums in trials(few, law, zeros):
             effects = [*effects_of(start.causes), cause.effect]
-            few.zeros, few.turned, before = zeros.copy(), start.turned.copy(), now.rest[mine[: len(now.rest)]]
+            few.zeros, few.turned, before = datums, start.turned.copy(), now.rest[mine[: len(now.rest)]]
             for _ in range(2):  # oil or compliant teeth shift the datum that rigid dry flanks have
                 few.restart(effects)
                 missed = few.missed(effects)

@@ -101,3 +101,19 @@ def test_coarse_counts_are_no_scatter_of_restitution():
         "restitution_speed", "transmission_error", "encoder_eccentricity", "backlash_offset"
     }  # fmt: skip
     assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+def test_teeth_that_hold_a_gear_off_its_datum_are_no_transmission_error():
+    """It swings on one flank; the datum of rigid flanks, its lowest place, is off by half of the backlash."""
+    told = play(next(iter(cases("space", 752, 1))))
+    assert [(one["kind"], one["or"]) for one in told["causes"]] == [("tooth_compliance", [])]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("part", "seed"), [("space0", 315), ("space", 765)])
+def test_no_cause_is_named_for_rounding_or_what_the_trajectory_denies(part, seed):
+    """A torque of 1 % over the angle, with 23 counts per backlash, and a pitch error of seven counts."""
+    told = play(next(iter(cases(part, seed, 1))))
+    assert told["verdict"] == "nothing_to_add"
+    assert told["causes"] == []
