@@ -283,7 +283,7 @@ def without_repeats(time: np.ndarray, angle: np.ndarray, count: float | None) ->
     ``time``: of the samples [s], (n,); ``angle``: [rad], (n,); ``count``: of the encoder [rad]; ``None`` for a smooth
     record.
     """
-    if (kept := _updated(angle)) is not None:
+    if (kept := _updated(angle, count or 0.0)) is not None:
         return time[kept], angle[kept]
     held = held_readings(time, angle).samples > 1
     if held or _twice(angle, count or 0.0):
@@ -295,8 +295,14 @@ def without_repeats(time: np.ndarray, angle: np.ndarray, count: float | None) ->
     return time, angle
 
 
-def _updated(angle: np.ndarray) -> np.ndarray | None:
-    """Return which readings are new where every so many-th one repeats the one before, (n,); ``None`` elsewhere."""
+def _updated(angle: np.ndarray, count: float) -> np.ndarray | None:
+    """Return which readings are new where every so many-th one repeats the one before, (n,); ``None`` elsewhere.
+
+    Those of a slow gear on a counter repeat as well; there changes are of one count.
+    """
+    change = np.abs(np.diff(angle[:STRETCH]))
+    if not np.any(change) or np.median(change[change > 0.0]) < 1.5 * count:
+        return None
     same = np.append(False, angle[1:] == angle[:-1])
     for every in range(2, min(RAREST, len(angle) // FEWEST) + 1):
         share = same[: min(STRETCH, len(same)) // every * every].reshape(-1, every).mean(axis=0)

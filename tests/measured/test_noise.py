@@ -103,6 +103,16 @@ def test_repeats_are_left_out_also_where_a_counter_hardly_moves():
     assert len(without_repeats(time, counted, count)[0]) == len(time)
 
 
+@pytest.mark.parametrize("every", [2, 3, 5])
+def test_readings_of_a_slow_gear_on_a_counter_stay(every):
+    """Its counts keep step with the samples: one count in each so many, less the last."""
+    steps = np.tile(np.append(np.ones(every - 1), 0.0), 4000)
+    angle = 1e-3 * np.cumsum(steps)
+    assert len(without_repeats(np.arange(len(angle)) * 1e-4, angle, 1e-3)[0]) == len(angle)
+    kept = without_repeats(np.arange(len(angle)) * 1e-4, 5.0 * angle, 1e-3)[0]  # five counts: the last is repeated
+    assert len(kept) == len(angle) * (every - 1) // every
+
+
 @pytest.mark.parametrize("jitter", [3e-7, 1e-6])
 def test_jitter_is_told_from_white_noise_by_the_speed(jitter):
     rng = np.random.default_rng(6)
