@@ -6,7 +6,7 @@ Pitch deviations need the pair of teeth that carries, with tips that meet flanks
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import acos, atan2, cos, pi, sqrt, tan
+from math import acos, atan2, cos, hypot, pi, sqrt, tan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -158,7 +158,9 @@ def film(scenario: Scenario, e: dict[str, Any]) -> tuple[float, float, float, fl
     length = e["contact_length"] or width * ratio / cos_b
     wedge = 2.0 * length * e["viscosity"] * radius * e["wedge"]
     squeeze = 3.0 * pi / sqrt(2.0) * length * e["viscosity"] * radius**1.5 * e["squeeze"]
-    rolling = tangent * cos(lean) / cos_b
+    rolling = (
+        tangent * cos(atan2(sqrt(1.0 - cos_b**2) * hypot(1.0, tangent), cos_b)) / cos_b
+    )  # helix at the pitch point
     return wedge, squeeze, rolling * rb1, rolling * rb2, cos_b, e["minimum_thickness"] / cos_b
 
 
