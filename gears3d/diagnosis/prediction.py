@@ -207,8 +207,7 @@ class Rounding:
 
     Args:
         tracks: of the records.
-        seen: times [s] and displacements [m] of the readings of each window, with its record; those of long windows, in
-            whose means rounding averages out, need not be there.
+        seen: windows whose readings are rounded: number, times [s] and displacements [m] of all readings.
         radius: base radius of the loose gear [m].
         window, time, read: of the means, (n,).
     """
@@ -221,9 +220,9 @@ class Rounding:
         self._window, self._means, self._read = window, time, read
         count, made = np.bincount(window), [(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0))]
         first = np.searchsorted(window, np.arange(len(count)))
-        for number, (k, at, place) in enumerate(seen):
+        for number, at, place in seen:
             size = len(at) // count[number]
-            if tracks[k].readings[1].kind == "counts" and size <= MOST_READINGS:
+            if size <= MOST_READINGS:  # in means of more it averages out
                 mean = np.repeat(first[number] + np.arange(count[number]), size)
                 made.append((mean, at[: len(mean)], place[: len(mean)]))
         self._mean, self._time, self._place = (np.concatenate(columns) for columns in zip(*made, strict=True))

@@ -156,7 +156,7 @@ class Windows:
             for at, span in self._spans(k, known, period, max(MOST // len(tracks), 1), least):
                 rows.append((k, at, span))
                 seen.append(self._read(k, known, at, span))
-        self.guessed = self.zeros.copy()
+        self.guessed, self.weight = self.zeros.copy(), np.ones(len(rows))
         self.record = np.array([row[0] for row in rows], dtype=int)
         self.begin, span = np.array([row[1:] for row in rows]).reshape(-1, 2).T
         self.step, self.long = span / (NODES - 1), bool(np.all(span > 0.99 * LONG * self.fall))
@@ -170,7 +170,8 @@ class Windows:
         self.window = np.repeat(np.arange(len(rows)), [len(one[0]) for one in seen])
         self.time, self.read = (np.concatenate([np.zeros(0), *(one[k] for one in seen)]) for k in (0, 1))
         self.sigma = np.array([one[2] for one in seen])[self.window]
-        cut = ((k, *self._place(k, tracks[k], at, at + span)) for k, at, span in rows)
+        rounds = [one.readings[1].kind == "counts" for one in tracks]
+        cut = ((n, *self._place(k, tracks[k], at, at + span)) for n, (k, at, span) in enumerate(rows) if rounds[k])
         self.rounding = Rounding(tracks, cut, self.radii[1], self.window, self.time, self.read)
         share = (self.time - self.begin[self.window]) / self.step[self.window] if rows else self.time
         self.node = np.clip(share.astype(int), 0, NODES - 2)
@@ -182,7 +183,6 @@ class Windows:
             self._root(k, slow) if max(slow := one.flicker / self._white(k), self._drift(k)) > COLOURED else None
             for k, one in enumerate(self.models)
         ]
-        self.weight = np.ones(len(rows))
         self.every, self.order = self._numbered()
         self.starts = at_rest(np.zeros(len(rows)), np.zeros(len(rows)))
         self.picked = self.whole = np.arange(len(rows))  # numbers among those that windows were taken from, and of all
@@ -499,7 +499,7 @@ class Windows:
         return self.weight[self.every[: len(rest)]]
 
     def usual(self, rest: Array) -> float:
-        """Return the median of the same, but of means over half a flight where they are less: counts alternate."""
+        """Return the median mean square of residuals, less where these alternate, as counts do and no motion does."""
         return float(np.median(self.level(rest))) * min(self._together(rest), 1.0)
 
     def runs(self, rest: Array) -> float:

@@ -105,7 +105,7 @@ def test_coarse_counts_are_no_scatter_of_restitution():
 
 @pytest.mark.slow
 def test_teeth_that_hold_a_gear_off_its_datum_are_no_transmission_error():
-    """It swings on one flank; the datum of rigid flanks, its lowest place, is off by half of the backlash."""
+    """It oscillates on one flank; the datum of rigid flanks, its lowest place, is off by half of the backlash."""
     told = play(next(iter(cases("space", 752, 1))))
     assert [(one["kind"], one["or"]) for one in told["causes"]] == [("tooth_compliance", [])]
 
