@@ -379,7 +379,7 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
     longer = seen.longer()
     longer.zeros, longer.turned, longer.motion = windows.zeros.copy(), windows.turned.copy(), windows.motion
     level = level_in(longer, path.causes) if len(longer) else 0.0
-    predicts = level < NOISE * (path.after if path.causes else max(path.after, 1.0))  # no cause for less than noise
+    predicts = level < NOISE * max(path.after, 1.0)  # no cause for less than noise
     if predicts and not {one.candidate.kind for one in path.causes} & {OIL, SOFT}:
         return windows, path
     first = path.causes if predicts else ()

@@ -44,6 +44,13 @@ SLOWEST_RELAXATION = 2.0
 # Blocks, of a 40th of a fall, over which a gear must fly after a window begins; residual from a parabola up to which it
 # does, in backlashes and in multiples of the least one: an impact at 10 % of the speed after a fall has 5e-4 to 9e-4.
 FLIGHT, PARABOLA = 8, (1e-3, 3.0)
+# Smallest distance from a flank of readings in flight, in backlashes; smallest number of readings of a flight, and
+# largest number of flights; lowest frequency in periods per median flight, highest in readings per period, and ratio of
+# neighbouring frequencies of their periodogram; part of the deviation of flights from a parabola that an oscillation
+# must explain, and its least size in variances of the noise.
+BETWEEN, FLIGHT_READINGS, FLIGHTS = 0.06, 16, 200
+CYCLES, PER_CYCLE, RATIO = 0.8, 6.0, 1.02
+SHARE, LEVEL = 0.4, 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -349,6 +356,68 @@ def begin_of_flight(place: Array) -> int:
     own = own - own[:, :1]
     left = np.sqrt(np.mean((own - own @ along @ along.T) ** 2, axis=1))
     return int(np.argmax(left <= max(PARABOLA[0], PARABOLA[1] * float(np.min(left)))))
+
+
+def flights(windows: Any) -> list[tuple[Array, Array]]:
+    """Return times and displacements of free flights, less the drive's motion and with its noise.
+
+    Args:
+        windows: of multiple shooting.
+    """
+    turned = windows.read + windows.radii[0] * windows.between(windows.drive[0])
+    amid = in_gap(windows)
+    cut = np.flatnonzero(np.diff(amid.astype(int)) | np.diff(windows.window)) + 1
+    made = []
+    for rows in np.split(np.arange(len(amid)), cut):
+        if amid[rows[0]] and len(rows) >= FLIGHT_READINGS:
+            made.append((windows.time[rows], turned[rows] / windows.sigma[rows]))
+    every = np.linspace(0, len(made) - 1, min(len(made), FLIGHTS)).round().astype(int)
+    return [made[k] for k in every]
+
+
+def frequencies(windows: Any) -> list[float]:
+    """Return frequencies [rad/s] at which flights oscillate about their parabolas, if significant.
+
+    Args:
+        windows: of multiple shooting.
+    """
+    seen = flights(windows)
+    if not seen:
+        return []
+    lasts = float(np.median([time[-1] - time[0] for time, _ in seen]))
+    spacing = float(np.median([(time[-1] - time[0]) / (len(time) - 1) for time, _ in seen]))
+    low, high = 2.0 * pi * CYCLES / lasts, 2.0 * pi / (PER_CYCLE * spacing)
+    if high <= low:
+        return []
+    turns = low * RATIO ** np.arange(int(np.log(high / low) / np.log(RATIO)) + 1)
+    off, gains = np.zeros(len(seen)), np.zeros((len(seen), len(turns)))
+    for k, (time, place) in enumerate(seen):
+        since = (time - time.mean()) / (time[-1] - time[0])
+        base = np.linalg.qr(np.stack([np.ones_like(since), since, since**2], axis=1))[0]
+        rest = place - base @ (base.T @ place)
+        off[k] = float(rest @ rest) / (len(rest) - 3)
+        wave = np.exp(1j * np.outer(turns, time - time.mean()))
+        own = np.stack([wave.real, wave.imag], axis=1)
+        own = own - (own @ base) @ base.T
+        normal, right = own @ own.transpose(0, 2, 1), own @ rest
+        sizes = np.linalg.solve(normal + 1e-9 * np.trace(normal[0]) * np.eye(2), right[:, :, None])[:, :, 0]
+        gains[k] = np.sum(sizes * right, axis=1) / (len(rest) - 3)
+    if np.median(off) < LEVEL:
+        return []
+    most = 4.0 * float(np.median(off))
+    share = np.mean(gains * (np.minimum(off, most) / off)[:, None], axis=0) / np.mean(np.minimum(off, most))
+    best = int(np.argmax(share))
+    if share[best] < SHARE or not 0 < best < len(turns) - 1:
+        return []
+    left, here, right_ = share[best - 1 : best + 2]
+    shift = 0.5 * (left - right_) / (left - 2.0 * here + right_)
+    return [float(turns[best] * RATIO**shift)]
+
+
+def in_gap(windows: Any) -> Array:
+    """Return whether readings are in the gap between the flanks, (n,)."""
+    place, edge = windows.read - windows.guessed[windows.record[windows.window]], BETWEEN * windows.backlash
+    return (place > edge) & (place < windows.backlash - edge)
 
 
 def likely_root(rows: Sequence[Array], roots: Sequence[Array | None]) -> Array | None:

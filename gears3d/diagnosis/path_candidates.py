@@ -15,6 +15,7 @@ of their speed: this probability is estimated with the scatter.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations, product
 from math import gcd, pi
@@ -25,7 +26,7 @@ from scipy.special import log_ndtr
 
 from gears3d.diagnosis.causes import ACCEPT, ACCEPT_PATH, LARGEST, SMALLEST, Candidate, Cause, begin, goes_by, swings
 from gears3d.diagnosis.channels import CensoredImpacts, Impacts
-from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.evidence import Evidence, in_gap
 from gears3d.diagnosis.path_fit import (
     BODY,
     LAWS,
@@ -37,18 +38,21 @@ from gears3d.diagnosis.path_fit import (
     State,
     columns_of,
     effects_of,
+    fall_of,
     fitted,
     followed,
     gain_of,
     nuisances,
     polished,
     restore,
+    scanned,
     state_of,
     unknown_datums,
 )
 from gears3d.diagnosis.prediction import GEARS, restitution
 from gears3d.diagnosis.preprocessing import Phases, one_size, order_of, reference, worth_of
 from gears3d.diagnosis.shooting import NOISE
+from gears3d.errors import InputError
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.shooting import Linearised, Windows
@@ -72,8 +76,9 @@ SIZES = {
     SOFT: (1.6, 2.5, 4.0, 6.3, 10.0, 25.0, 100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0),
     "backlash_offset": (-0.6, -0.4, -0.25, -0.1, 0.1, 0.25, 0.5, 1.0),
 }
-# Parts of the critical damping at which compliant teeth are tried.
-TRIED_DAMPINGS = (0.05, 0.15)
+# Parts of the critical damping at which compliant teeth are tried; windows in which sizes of laws are tried: all sizes
+# in the first, if many, and the best ones in the second; how many of them, and how many that are fitted with causes.
+TRIED_DAMPINGS, SAMPLES, TRIED, REFIT = (0.05, 0.15), (6, 16), 12, 6
 
 
 class Score(NamedTuple):
@@ -129,15 +134,16 @@ def scores_of(
             bound = np.einsum("ki,kij,kj->", right, np.linalg.pinv(normal, rcond=1e-9, hermitian=True), right)
             asked.append((scale * float(bound), one, normal, right))
     asked.sort(key=lambda each: -each[0])
-    best: dict[str, float] = {}
+    best: dict[tuple[str, str], float] = {}
     for bound, one, normal, right in asked:  # upper bound of the gain: a size in each record
-        if bound < max(least * level, best.get(one.kind, 0.0)):
+        own = one.kind, goes_by(one)
+        if bound < max(least * level, best.get(own, 0.0)):
             continue
         gain, units, by = datums.best(one, normal, right)
         if one.kind == SQUARED:
             gain, units = gain * float(units[0] > 0.0), np.sqrt(np.maximum(units, 0.0) * one.tried)
         gain = scale * gain - datums.penalty(one) * level
-        best[one.kind] = max(best.get(one.kind, 0.0), gain)
+        best[own] = max(best.get(own, 0.0), gain)
         found.append(Score(gain, one, units, by, scale * float(normal[:, 0, 0].sum())))
     return sorted(found, key=lambda each: -each.gain), level
 
@@ -216,6 +222,80 @@ def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tupl
     return made
 
 
+class Sized:
+    """A law of contact, or an offset of the backlash, at the best of the sizes at which it is tried.
+
+    Args:
+        start: state of windows without it.
+        best: the same with it, in a sample of these windows; its numbers are not fitted.
+        gain: fall of chi-square in windows.
+        left: part of the usual residual of the sample that it leaves.
+    """
+
+    def __init__(self, start: State, best: State, gain: float, left: float) -> None:
+        self.gain, self.left, self._start, self._best = gain, left, start, best
+        self._made: list[State] | None = None
+
+    def fitted(self, windows: Windows) -> list[State]:
+        """Return its state fitted to windows; none where a rig cannot have it. The fit is made once."""
+        if self._made is None:
+            self._made, causes = [], self._best.causes
+            restore(windows, self._start)
+            windows.zeros = self._best.zeros.copy()
+            with suppress(InputError):
+                windows.restart(effects_of(causes))
+                one = fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes))))
+                self._made = [polished(windows, scanned(windows, polished(windows, one)), thorough=True)]
+        return self._made
+
+
+def sized(windows: Windows, known: Sequence[Candidate], now: State, start: State) -> list[Sized]:
+    """Return laws of contact, and an offset of the backlash, in addition to a state, each at its best size.
+
+    Args:
+        windows: of the records.
+        known: candidates.
+        now: state with which they are compared.
+        start: state to which they are added.
+    """
+    made, there = [], {one.candidate.kind for one in start.causes}
+    there |= set(LAWS) if there & set(LAWS) else set()
+    for law in (one for one in known if one.kind in SIZES and one.kind not in there):
+        restore(windows, start)
+        asked = trials(windows, law, windows.zeros)
+        for most in SAMPLES[len(asked) <= TRIED :]:
+            few, mine = windows.some(most)
+            before = now.rest[mine[: len(now.rest)]]
+            tries = [_at_size(few, start, cause, datums) for cause, datums in asked]
+            falls = [fall_of(few, before, one.rest)[0] for one in tries]
+            order = np.argsort(falls)[: -TRIED - 1 : -1]
+            asked, tries = [asked[k] for k in order], [tries[k] for k in order]
+        if law.kind in LAWS and start.causes:  # a wrong backlash or drag stood for a part of it
+            tries = [_refit(few, one) for one in tries[:REFIT]]
+        gain, k = max((fall_of(few, before, one.rest)[0], k) for k, one in enumerate(tries))
+        left = few.usual(tries[k].rest) / max(few.usual(before), 1e-12)
+        made.append(Sized(start, tries[k], gain * len(windows) / len(few), left))
+    return made
+
+
+def _at_size(few: Windows, start: State, cause: Cause, datums: Array) -> State:
+    """Return a state with one more cause, whose numbers are not fitted."""
+    causes = (*start.causes, cause)
+    few.zeros, few.turned, effects = datums.copy(), start.turned.copy(), effects_of(causes)
+    for _ in range(2):  # oil or compliant teeth shift the datum that rigid dry flanks have
+        few.restart(effects)
+        missed = few.missed(effects)
+        for k in range(len(datums)):
+            own = few.record[few.window] == k
+            few.zeros[k] += float(np.median(missed[own])) if np.any(own) else 0.0
+    return state_of(few, causes, few.residuals(effects))
+
+
+def _refit(windows: Windows, now: State) -> State:
+    restore(windows, now)
+    return fitted(windows, now, 2)
+
+
 def trials(windows: Windows, law: Candidate, zeros: Array) -> list[tuple[Cause, Array]]:
     """Return a law at each size at which it is tried, with datums: those of rigid flanks, and of steady contact.
 
@@ -233,22 +313,6 @@ def trials(windows: Windows, law: Candidate, zeros: Array) -> list[tuple[Cause, 
         cause = begin(law._replace(shape=shape), np.array([size]))
         made += [(cause, zeros.copy()), (cause, np.array(means) + load / float(cause.numbers[0]))]
     return made
-
-
-def detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:
-    """Return the minimum detectable effect of causes of one number in addition to others, in units, by kind.
-
-    Of a cause that is present it is the smallest detectable change; values above the largest size are omitted.
-    """
-    plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*LAWS, SCATTER, SQUARED)]
-    there, at = {}, 0
-    for one in found.causes:
-        there[one.candidate.kind] = float(np.sqrt(ACCEPT_PATH * covariance[at, at])) / one.candidate.unit
-        at += len(one.numbers)
-    scores, level = scores_of(windows, [one for one in plain if one.kind not in there], found, -np.inf)
-    sizes = {one.candidate.kind: float(np.sqrt(ACCEPT_PATH * level / one.worth)) for one in scores if one.worth > 0.0}
-    kinds = {one.kind for one in plain}
-    return {kind: size for kind, size in {**sizes, **there}.items() if size < LARGEST and kind in kinds}
 
 
 def _share(own: Array, column: Array) -> float:
@@ -381,16 +445,6 @@ class _Datums:
         return np.where(lost & (seen.worth > 0.0), tried[np.argmin(off, axis=1)], 0.0)
 
 
-# Smallest distance from a flank of readings in flight, in backlashes, and smallest number of readings of a flight.
-BETWEEN, FLIGHT_READINGS = 0.06, 16
-# Lowest frequency in periods per median flight, highest in readings per period, and ratio of neighbouring frequencies
-# of the periodogram of flights.
-CYCLES, PER_CYCLE, RATIO = 0.8, 6.0, 1.02
-# Largest number of flights.
-FLIGHTS = 200
-# Part of the deviation of flights from a parabola that an oscillation must explain, and its least size in variances
-# of the noise.
-SHARE, LEVEL = 0.4, 1.5
 # Windows of the fits of a second body; part of them whose first flight may be shorter than the first fit; ratio of
 # neighbouring frequencies of the grid: in three rigs, fits from within 10 % converged to the hidden one.
 BODY_WINDOWS, FLYING, DENSE = 12, 0.25, 1.1
@@ -409,72 +463,10 @@ FIRST, DAMPING, SHORT = 0.2, 0.05, 4
 PLAYS, LEAST = (0.03, 0.1, 0.3), 0.2
 
 
-def flights(windows: Windows) -> list[tuple[Array, Array]]:
-    """Return times and displacements of free flights, less the drive's motion and with its noise.
-
-    Args:
-        windows: of the records.
-    """
-    turned = windows.read + windows.radii[0] * windows.between(windows.drive[0])
-    amid = _amid(windows)
-    cut = np.flatnonzero(np.diff(amid.astype(int)) | np.diff(windows.window)) + 1
-    made = []
-    for rows in np.split(np.arange(len(amid)), cut):
-        if amid[rows[0]] and len(rows) >= FLIGHT_READINGS:
-            made.append((windows.time[rows], turned[rows] / windows.sigma[rows]))
-    every = np.linspace(0, len(made) - 1, min(len(made), FLIGHTS)).round().astype(int)
-    return [made[k] for k in every]
-
-
-def frequencies(windows: Windows) -> list[float]:
-    """Return frequencies [rad/s] at which flights oscillate about their parabolas, if significant.
-
-    Args:
-        windows: of the records.
-    """
-    seen = flights(windows)
-    if not seen:
-        return []
-    lasts = float(np.median([time[-1] - time[0] for time, _ in seen]))
-    spacing = float(np.median([(time[-1] - time[0]) / (len(time) - 1) for time, _ in seen]))
-    low, high = 2.0 * pi * CYCLES / lasts, 2.0 * pi / (PER_CYCLE * spacing)
-    if high <= low:
-        return []
-    turns = low * RATIO ** np.arange(int(np.log(high / low) / np.log(RATIO)) + 1)
-    off, gains = np.zeros(len(seen)), np.zeros((len(seen), len(turns)))
-    for k, (time, place) in enumerate(seen):
-        since = (time - time.mean()) / (time[-1] - time[0])
-        base = np.linalg.qr(np.stack([np.ones_like(since), since, since**2], axis=1))[0]
-        rest = place - base @ (base.T @ place)
-        off[k] = float(rest @ rest) / (len(rest) - 3)
-        wave = np.exp(1j * np.outer(turns, time - time.mean()))
-        own = np.stack([wave.real, wave.imag], axis=1)
-        own = own - (own @ base) @ base.T
-        normal, right = own @ own.transpose(0, 2, 1), own @ rest
-        sizes = np.linalg.solve(normal + 1e-9 * np.trace(normal[0]) * np.eye(2), right[:, :, None])[:, :, 0]
-        gains[k] = np.sum(sizes * right, axis=1) / (len(rest) - 3)
-    if np.median(off) < LEVEL:
-        return []
-    most = 4.0 * float(np.median(off))
-    share = np.mean(gains * (np.minimum(off, most) / off)[:, None], axis=0) / np.mean(np.minimum(off, most))
-    best = int(np.argmax(share))
-    if share[best] < SHARE or not 0 < best < len(turns) - 1:
-        return []
-    left, here, right_ = share[best - 1 : best + 2]
-    shift = 0.5 * (left - right_) / (left - 2.0 * here + right_)
-    return [float(turns[best] * RATIO**shift)]
-
-
-def _amid(windows: Windows) -> Array:
-    """Return whether readings are in the gap between the flanks, (n,)."""
-    place, edge = windows.read - windows.guessed[windows.record[windows.window]], BETWEEN * windows.backlash
-    return (place > edge) & (place < windows.backlash - edge)
-
-
 def _flight(windows: Windows) -> float:
     """Return the part of windows, from their beginning, in which most are in their first flight."""
     ends = np.ones(len(windows))
-    share, met = (windows.node + windows.beyond) / (windows.drive[0].shape[1] - 1), ~_amid(windows)
+    share, met = (windows.node + windows.beyond) / (windows.drive[0].shape[1] - 1), ~in_gap(windows)
     np.minimum.at(ends, windows.window[met], share[met])
     return float(np.quantile(ends, FLYING))
 

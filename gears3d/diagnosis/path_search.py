@@ -27,17 +27,16 @@ from gears3d.diagnosis.causes import (
     goes_by,
     price,
 )
+from gears3d.diagnosis.evidence import frequencies
 from gears3d.diagnosis.path_candidates import (
     SCORED,
-    SIZES,
     Scatter,
+    Sized,
     carrying,
-    detectable,
     fewer,
-    frequencies,
     playing,
     scores_of,
-    trials,
+    sized,
 )
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
@@ -75,7 +74,7 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.prediction import GEARS, restitution, unclipped
 from gears3d.diagnosis.preprocessing import order_of
-from gears3d.diagnosis.run_information import widths_of
+from gears3d.diagnosis.run_information import detectable, widths_of
 from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.diagnosis.shooting_kernels import slowed, torques_of
@@ -244,7 +243,7 @@ def _selected(windows: Windows, known: Sequence[Candidate], base: State, progres
         if part is windows:
             break
         if _far(part, first.rest) > ACCOUNTS:
-            found = _forward(part, dense, polished(part, _opened(part)), polished(part, first), progress)
+            found, whole = _of_part(windows, part, dense, first, progress)
             if not tried and _far(part, found.rest) > ACCOUNTS:
                 tried, swings = True, _with_second_body(windows, known, (), base)
                 if swings is not base:
@@ -253,8 +252,29 @@ def _selected(windows: Windows, known: Sequence[Candidate], base: State, progres
             if _off(part, found) > ASTRAY:
                 now = base
                 break
-            now = polished(windows, _carried(windows, found)) if found.causes else now
+            now = whole if found.causes else now
     return _forward(windows, known, base, _backward(windows, base, now), progress, exact=True)
+
+
+def _of_part(
+    windows: Windows, part: Windows, known: Sequence[Candidate], first: State, progress: Callable[[float], None]
+) -> tuple[State, State]:
+    """Return causes selected in beginnings of windows, and the state of the windows with them.
+
+    Exchanges follow, as causes may have the same effect in shorter parts. A slow flight fits the motion in oil or on
+    compliant teeth: such a law stays only if no other cause predicts the windows better.
+    """
+    base = polished(part, _opened(part))
+    restore(part, first)
+    found = _forward(part, known, base, polished(part, first), progress)
+    if found.causes and _far(part, found.rest) > ACCOUNTS:
+        found = _exchanged(part, known, base, found, progress)[0]
+    whole = polished(windows, _carried(windows, found))
+    if any(one.candidate.kind in LAWS for one in found.causes) and windows.usual(whole.rest) > NOISE:
+        other = _of_part(windows, part, [one for one in known if one.kind not in LAWS], first, progress)
+        if _far(windows, other[1].rest) < _far(windows, whole.rest):
+            return other
+    return found, whole
 
 
 def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> tuple[State, State]:
@@ -287,7 +307,10 @@ def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: St
     far = max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) > 1.0 or _repeats(windows, found)
     if BODY in there or not there or not (far or (there & {OIL, SOFT} and windows.long)):
         return found
-    if (best := _with_law(windows, [one for one in known if one.kind not in there], base)) is not None:
+    best = _with_law(windows, [one for one in known if one.kind not in there], base)
+    if best is not None and there & {OIL, SOFT} and windows.usual(best.rest) > MOST_LEFT * windows.usual(base.rest):
+        best = None  # another law, and not the main cause
+    if best is not None:
         best = _simplest(windows, base, [found, _forward(windows, known, base, best, lambda part: None)])
     restore(windows, best or found)
     return best or found
@@ -296,7 +319,8 @@ def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: St
 def _with_law(windows: Windows, known: Sequence[Candidate], base: State) -> State | None:
     """Return a state with a candidate that is tried at several sizes, where one is accepted."""
     few, _, first = _sampled(windows, base)
-    tries = _at_sizes(few, known, first, first, ACCEPT_PATH * len(few) / len(windows))
+    least = ACCEPT_PATH * len(few) / len(windows)
+    tries = [one for law in sized(few, known, first, first) if law.gain > least for one in law.fitted(few)]
     tries = [_whole(windows, base, few, one) for one in tries]
     return _simplest(windows, base, [one for one in tries if _is_accepted(windows, base, base, one)])
 
@@ -377,16 +401,20 @@ def _forward(
 
     If ``exact``, readings lose the rounding that causes explain: states of other readings cannot be compared.
     """
+    alone: list[Sized] | None = None
     for number in range(len(now.causes), ROUNDS):
         progress(number / ROUNDS)
         few, mine, first = _sampled(windows, now)
-        tries = _tries(windows, few, known, first, now)
-        enough = ACCEPT_PATH * len(few) / len(windows)
-        if tries:
+        enough, root, tries = ACCEPT_PATH * len(few) / len(windows), _part(few, mine, base), []
+        if not now.causes and _far(few, first.rest) > ACCOUNTS:
+            alone = sized(few, known, first, root)
+            tries = [one for law in alone if law.left < MOST_LEFT for one in law.fitted(few)]
+            tries = [one for one in tries if few.usual(one.rest) < NOISE]  # no other cause explains more
+        if not tries and (tries := _tries(windows, few, known, first, now)):
             least = max(enough, SAME * max(gain_of(few, first, one)[0] for one in tries))
-            root = _part(few, mine, base)
-            for start in (first, root) if now.causes else (first,):  # a law may replace several causes
-                tries += _at_sizes(few, known, first, start, least)
+            alone = sized(few, known, first, root) if alone is None else alone  # a law may replace several causes
+            laws = alone + (sized(few, known, first, first) if now.causes else [])
+            tries += [one for law in laws if law.gain > least for one in law.fitted(few)]
         tries += scattering(few, known, first, enough)
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
@@ -403,7 +431,8 @@ def _forward(
         if gain_of(windows, now, best)[0] <= 0.0:
             break
         read, now = windows.read, unrounded(windows, best) if exact else best
-        base = base if windows.read is read else _without_causes(windows, now)
+        if windows.read is not read:
+            base, alone = _without_causes(windows, now), None
     restore(windows, now)
     return now
 
@@ -441,7 +470,8 @@ def _exchanged(
                 gain = gain_of(few, plain, first)[0]
                 least = _least(few, gain, first.rest)
                 laws = [one for one in known if kind in LAWS and one.kind in {OIL, SOFT} - {kind}]
-                tries = _at_sizes(few, laws, plain, plain, ACCEPT_PATH)
+                asked = sized(few, laws, plain, plain)
+                tries = [one for law in asked if law.gain > ACCEPT_PATH for one in law.fitted(few)]
                 if kind not in LAWS:
                     tries = _tries(windows, few, known, first, found, k) + scattering(few, known, plain, LIKE * gain)
                 for one in tries:
@@ -673,8 +703,10 @@ def _tries(
         now: state of all.
         place: of a cause; only candidates collinear with it are fitted, instead of it.
     """
-    made = []
+    made: list[State] = []
     for one in _fits(windows, few, known, first, now, place):
+        if few.usual(one.rest) > ACCOUNTS and any(few.usual(other.rest) < NOISE for other in made):
+            continue  # where one leaves noise, others need not be brought to it: it is compared with them at the end
         restore(few, one)
         started = rezeroed(few, one) if place is None else one
         restore(few, started)
@@ -713,38 +745,6 @@ def _fits(
     return sorted(made, key=lambda one: float(np.sum((one.rest * few.weights(one.rest)) ** 2)))
 
 
-def _at_sizes(windows: Windows, known: Sequence[Candidate], now: State, start: State, least: float) -> list[State]:
-    """Return states with one more cause, best of several sizes, where the gain in some windows is enough."""
-    made, there = [], {one.candidate.kind for one in start.causes}
-    there |= set(LAWS) if there & set(LAWS) else set()
-    for law in (one for one in known if one.kind in SIZES and one.kind not in there):
-        restore(windows, start)
-        few, mine = windows.some(SCORED // 2)
-        zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
-        for cause, datums in trials(few, law, zeros):
-            effects = [*effects_of(start.causes), cause.effect]
-            few.zeros, few.turned, before = datums, start.turned.copy(), now.rest[mine[: len(now.rest)]]
-            for _ in range(2):  # oil or compliant teeth shift the datum that rigid dry flanks have
-                few.restart(effects)
-                missed = few.missed(effects)
-                for k in range(len(zeros)):
-                    own = few.record[few.window] == k
-                    few.zeros[k] += float(np.median(missed[own])) if np.any(own) else 0.0
-            one = state_of(few, (*start.causes, cause), few.residuals(effects))
-            if law.kind in LAWS and start.causes:  # a wrong backlash or drag stood for a part of it
-                one = fitted(few, one, 2)
-            if (gain := fall_of(few, before, one.rest)[0]) > most:
-                most, best = gain, one
-        if best is None:
-            continue
-        with suppress(InputError):
-            causes, windows.zeros = best.causes, best.zeros.copy()
-            windows.restart(effects_of(causes))
-            one = fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes))))
-            made.append(polished(windows, scanned(windows, polished(windows, one)), thorough=True))
-    return made
-
-
 def _of_diverging(windows: Windows, known: Sequence[Candidate], base: State, now: State) -> State | None:
     """Return a state with one more cause, shown by windows that diverge where others are explained; ``None`` if none.
 
@@ -760,7 +760,8 @@ def _of_diverging(windows: Windows, known: Sequence[Candidate], base: State, now
     windows.weight = np.ones(len(windows))
     part, mine = windows.only(far)
     first = _part(part, mine, now._replace(weight=windows.weight))
-    tries = _at_sizes(part, known, first, first, ACCEPT_PATH)
+    asked = sized(part, known, first, first)
+    tries = [one for law in asked if law.gain > ACCEPT_PATH for one in law.fitted(part)]
     for one in _fits(part, part, known, first, first, None)[:FITTED_DIVERGING]:
         restore(part, one)
         tries.append(polished(part, scanned(part, polished(part, one)), thorough=True))

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.causes import (
+    ACCEPT_PATH,
     FREE,
+    LARGEST,
     SLOPE_STEP,
     Candidate,
     Cause,
@@ -25,6 +27,7 @@ from gears3d.diagnosis.causes import (
     table,
 )
 from gears3d.diagnosis.evidence import Evidence, Paths, has_compliance
+from gears3d.diagnosis.path_candidates import scores_of
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     LAWS,
@@ -160,6 +163,22 @@ def _width(windows: Windows, now: State, cause: Cause, others: Sequence[Cause], 
             return max(before[0] + (width - before[0]) * (SIGMAS - before[1]) / (rise - before[1]), 1.0)
         width, before = 2.0 * width, (width, float(rise))
     return width
+
+
+def detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:
+    """Return the minimum detectable effect of causes of one number in addition to others, in units, by kind.
+
+    Of a cause that is present it is the smallest detectable change; values above the largest size are omitted.
+    """
+    plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*LAWS, SCATTER, SQUARED)]
+    there, at = {}, 0
+    for one in found.causes:
+        there[one.candidate.kind] = float(np.sqrt(ACCEPT_PATH * covariance[at, at])) / one.candidate.unit
+        at += len(one.numbers)
+    scores, level = scores_of(windows, [one for one in plain if one.kind not in there], found, -np.inf)
+    sizes = {one.candidate.kind: float(np.sqrt(ACCEPT_PATH * level / one.worth)) for one in scores if one.worth > 0.0}
+    kinds = {one.kind for one in plain}
+    return {kind: size for kind, size in {**sizes, **there}.items() if size < LARGEST and kind in kinds}
 
 
 def averaged(one: Cause, mine: Array, other: Cause, its: Array) -> tuple[Cause, float]:

@@ -291,7 +291,7 @@ class Windows:
         for k, root in enumerate(self.roots):
             if root is not None and np.any(own := self.record == k):
                 most = min(len(root), dense.shape[2])
-                dense[own, :, :most] = dense[own, :, :most] @ root[:most, :most].T
+                dense[own, :, :most] = np.tensordot(dense[own, :, :most], root[:most, :most].T, 1)
         return self.gathered(dense, columns)
 
     def some(self, most: int) -> tuple[Windows, Array]:
