@@ -39,19 +39,17 @@ SMALL_SIZE, DELAYING_SIZE = 0.01, 0.2
 LEAST_DRAG, MOST_DRAG = 1e-3, 0.95
 # Tables of the evidence with the points of each channel.
 CHANNEL_TABLES = {"flight": "flights", "contact": "contacts", "impact": "impacts", "loss": "losses", "drive": "drive"}
-# Chi-square that a deviation must gain to be assigned to one flank only.
-ONE_SIDED = 4.0
+# Chi-square that a deviation must gain to be assigned to one flank only; speed of a shaft, in those of the loose gear,
+# about which a drag is nearly constant.
+ONE_SIDED, FASTEST = 4.0, 10.0
 # Fraction of a regressor's square that must be independent of the accepted causes.
 INDEPENDENT = 1e-5
 # Number of regressors that are converted to double precision at a time.
 AT_ONCE = 16
 _UNITS: dict[bool, Array] = {False: np.eye(1), True: np.eye(2)}
-# Number of lines that are examined in each record.
-PEAKS = 3
-# Ratio of a line to the median line from which it is examined.
-LINE_RATIO = 5.0
-# Counts of the encoder: samples that beat with its counts make lines of up to 1/pi of a count.
-COUNT_LINE = 0.35
+# Number of lines that are examined in each record, and ratio to the median line from which one is examined; counts of
+# the encoder: samples that beat with its counts make lines of up to 1/pi of a count.
+PEAKS, LINE_RATIO, COUNT_LINE = 3, 5.0, 0.35
 
 
 def _refined(effect: Any) -> dict[str, Refined]:
@@ -569,9 +567,11 @@ def moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]
             numbers[0] += cause.numbers[0] * np.log(pivot) * before * step[1]
             numbers[0] *= pivot ** (before - after)
         if cause.candidate.kind == "drag_differential" and cause.free and numbers[0] != 0.0:
-            numbers = within_bounds(
-                cause, np.array([numbers[0], cause.numbers[1] + step[1] * cause.numbers[0] / numbers[0]])
-            )
+            speed = cause.numbers[1] + step[1] * cause.numbers[0] / numbers[0]
+            if numbers[0] < 0.0:  # nearest possible: the same torque, nearly constant
+                torque, speed = numbers[0] * (pivot - speed), -FASTEST * pivot * np.sign(speed - pivot)
+                numbers[0] = torque / (pivot - speed)
+            numbers = within_bounds(cause, np.array([numbers[0], speed]))
         if cause.candidate.kind == "carried_inertia":
             numbers[:2] = _swinging(cause, step)
         made.append(cause._replace(numbers=numbers))

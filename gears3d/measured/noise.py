@@ -35,8 +35,8 @@ HIGHEST, BINS = 1 << 17, 8
 SMOOTHED = 31
 # Readings in a period of a wave that the moving cubic passes with more than 75 % of its amplitude.
 PASSED = (2.2, 11.0)
-# Neighbours that are averaged, so that waves of up to 180 readings are passed.
-RATES = (1, 4, 16)
+# Neighbours that are averaged, so that waves of up to 700 readings are passed.
+RATES = (1, 4, 16, 64)
 # Deviations beyond which a residual is an impact, not noise.
 OUTLIER = 8.0
 # Quantiles of the speed between which an aliased order must not look like motion.
@@ -595,10 +595,14 @@ def _periodic(
     The moving cubic passes waves of few readings only; slower ones are looked for in means over neighbours.
     """
     found: dict[int, Periodic] = {}
+    white = np.inf  # of the fastest readings: means over neighbours deviate by motion as well
     for factor in RATES:
         for _ in range(PASSES):
-            long = [piece for piece in pieces if len(piece[0]) > 2 * SMOOTHED * factor]
-            more = _in_band(long, factor, lines, count, edges, motion) if long else ()
+            if not (long := [piece for piece in pieces if len(piece[0]) > 2 * SMOOTHED * factor]):
+                break
+            rest = np.concatenate([_clipped(_residual(*_thinned(piece, factor), edges)) for piece in long])
+            white = min(white, robust_deviation(rest) / _smoother().norm * np.sqrt(factor))
+            more = _in_band(long, factor, rest, SLIGHT * white, lines, count, edges, motion)
             more = [one for one in more if one.order not in found]
             if not more:
                 break
@@ -612,19 +616,23 @@ def _means(values: np.ndarray, size: int) -> np.ndarray:
     return values[: count * size].reshape(count, size).mean(axis=1) if size > 1 else values
 
 
+def _thinned(piece: tuple[np.ndarray, np.ndarray], factor: int) -> tuple[np.ndarray, np.ndarray]:
+    return _means(piece[0], factor), _means(piece[1], factor)
+
+
 def _in_band(
     fine: list[tuple[np.ndarray, np.ndarray]],
     factor: int,
+    rest: np.ndarray,
+    least: float,
     lines: tuple[int, ...],
     count: float,
     edges: bool,
     motion: _Motion | None,
 ) -> tuple[Periodic, ...]:
-    """Return the interpolation errors with periods of ``PASSED`` readings."""
+    """Return the interpolation errors with periods of ``PASSED`` readings, of a least amplitude [rad]."""
     reach = SMOOTHED // 2
-    pieces = [(_means(time, factor), _means(shown, factor)) for time, shown in fine]
-    rest = np.concatenate([_clipped(_residual(*piece, edges)) for piece in pieces])
-    angle = np.concatenate([shown[reach : len(shown) - reach] for _, shown in pieces])
+    angle = np.concatenate([_means(shown, factor)[reach : len(shown) // factor - reach] for _, shown in fine])
     step = float(np.median(np.abs(np.diff(angle))))
     lowest, highest = LOWEST, 0
     if step > 0.0 and np.any(rest):
@@ -647,7 +655,6 @@ def _in_band(
     able &= every <= min(0.25 * per_turn, max(lines, default=np.inf))
     tried = highest - lowest
     chance = np.log(tried / CHANCE)
-    least = SLIGHT * robust_deviation(rest) / _smoother().norm * np.sqrt(factor)
     best = int(np.argmax(np.where(able, ratio, 0.0)))
     if able[best] and ratio[best] > 0.0:  # else no order can be distinguished from those that look like it
         best = int(np.flatnonzero(able & (ratio > 0.0) & (power >= SAME * power[best]))[0])

@@ -176,3 +176,18 @@ def test_a_shaft_too_fast_for_its_samples_shows_no_order_of_interpolation():
     found = estimate_noise(time, angle + noise)
     assert found.periodic == ()
     assert np.isfinite(found.white)
+
+
+def test_waves_of_many_readings_are_found_among_impacts():
+    """Sampled at 333 kHz, a line of a slow gear takes 400 readings: such errors were left, as large as a flight."""
+    rng, time = np.random.default_rng(21), np.arange(500_000) * 3e-6
+    motion = 3.6 * time + 5e-4 * np.abs(np.sin(2.0 * np.pi * 17.7 * time))
+    error = 5e-6 * np.cos(1458 * motion + 0.3) + 2.5e-6 * np.cos(2916 * motion - 1.0)
+    count = 9.64e-6
+    shown = np.floor((motion + error + rng.normal(0.0, 3e-6, len(time))) / count) * count
+    found = estimate_noise(time, shown, count / np.sqrt(12.0), fluctuation=31.2, count=count).periodic
+    seen = {one.order: one.amplitude for one in found}
+    assert set(seen) == {1458, 2916}
+    assert seen[1458] == pytest.approx(5e-6, rel=0.1)
+    none = np.floor((motion + rng.normal(0.0, 3e-6, len(time))) / count) * count
+    assert estimate_noise(time, none, count / np.sqrt(12.0), fluctuation=31.2, count=count).periodic == ()
