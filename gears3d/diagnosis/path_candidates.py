@@ -175,8 +175,8 @@ def _own(along: Linearised, causes: Sequence[Cause], one: Candidate) -> Array:
     return np.array(columns)
 
 
-def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tuple[Cause, ...]]:
-    """Return sets of causes with fewer numbers that are collinear with the present causes.
+def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tuple[tuple[Cause, ...], Array]]:
+    """Return sets of causes with fewer numbers that are collinear with the present causes, and shifts of datums [rad].
 
     Several causes may approximate fewer that were not found: a deviation of each gear for an eccentricity. Along one
     trajectory effects are nearly linear in their sizes, so that every small set can be tried by linear regression.
@@ -187,38 +187,51 @@ def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tupl
         now: present causes.
 
     Returns:
-        Of each group of causes collinear with the same candidates, the best sets of one, two and more.
+        Of each group of causes collinear with the same candidates, the best sets of one, two and more; and single
+        causes of a gear whose angular datums no present cause determines, each with the shifts that it has, (r, 2).
     """
     few, _ = windows.some(SCORED)
     along = few.along(effects_of(now.causes))
     weight, away = few.weights(along.rest), nuisances(along)
     found = away(np.array([one * weight for one in columns_of(along, now.causes)])).T
-    ends = np.cumsum([0, *(len(one.numbers) for one in now.causes)])
-    zeros = np.linalg.qr(found[:, ends[-1] :][:, np.any(found[:, ends[-1] :] != 0.0, axis=0)])[0]
-    done = []
+    ends, count = np.cumsum([0, *(len(one.numbers) for one in now.causes)]), len(windows.zeros)
+    zeros, plain = (np.linalg.qr(own[:, np.any(own != 0.0, axis=0)])[0]
+                    for own in (found[:, ends[-1] :], found[:, ends[-1] : ends[-1] + count]))  # fmt: skip
+    effects = []
     for one, at in zip(now.causes, ends, strict=False):
         size = (one.numbers / one.units)[: 2 if one.candidate.phased else 1]
-        column = found[:, at : at + len(size)] @ size
-        done.append(column - zeros @ (zeros.T @ column))
-    datums, able, columns = _Datums(windows, now.causes), [], []
-    asked = [one for one in known if one.kind not in (*LAWS, SCATTER, SQUARED) and datums.fixed(one)]
+        effects.append(found[:, at : at + len(size)] @ size)
+    done = [column - zeros @ (zeros.T @ column) for column in effects]
+    datums, able, columns, free = _Datums(windows, now.causes), [], [], []
+    asked = [one for one in known if one.kind not in (*LAWS, SCATTER, SQUARED) and datums.testable(one)]
     for one, rows in _effects(along, now.causes, asked, lambda rows: away(rows * weight)):
-        own = (rows - (rows @ zeros) @ zeros.T).T
-        if np.all(np.isfinite(own)) and np.any(own):
+        own = rows - (rows @ zeros) @ zeros.T
+        if not np.all(np.isfinite(own)) or not np.any(own):
+            continue
+        if datums.fixed(one):
             able.append(one)
-            columns.append(own)
+            columns.append(own.T)
+        elif one.phased and not datums.orders[goes_by(one)]:
+            free.append((one, rows - (rows @ plain) @ plain.T))
     alike = np.array([[_share(own, column) for own in columns] for column in done]).reshape(len(done), len(able))
-    made = []
+    made, still = [], np.zeros_like(windows.turned)
     for group in _groups(alike > ALIKE):
         numbers = sum(len(now.causes[k].numbers) for k in group)
         pool = np.argsort(-np.max(alike[group], axis=0))[:POOL]
         pool = [int(k) for k in pool if np.max(alike[group, k]) > ALIKE]
-        whole = np.sum([done[k] for k in group], axis=0)
         rest = tuple(one for k, one in enumerate(now.causes) if k not in group)
-        sets = _sets([columns[k] for k in pool], whole, numbers, len(group))
-        for own, units in sets:
+        for own, units in _sets(
+            [columns[k] for k in pool], np.sum([done[k] for k in group], axis=0), numbers, len(group)
+        ):
             causes = [begin(able[pool[k]], one) for k, one in zip(own, units, strict=True)]
-            made.append((*rest, *causes))
+            made.append(((*rest, *causes), still))
+        whole, single = np.sum([effects[k] for k in group], axis=0), []
+        whole = whole - plain @ (plain.T @ whole)
+        for one, own in free if numbers > 2 else ():
+            gain, units, by = datums.best(one, *_by_record(own, whole, away.record, count))
+            if gain > (1.0 - NONLINEAR) * float(whole @ whole) and SMALLEST < np.hypot.reduce(units) < LARGEST:
+                single.append((gain, ((*rest, begin(one, units)), by)))
+        made += [one for _, one in sorted(single, key=lambda each: -each[0])[:SETS]]
     return made
 
 
@@ -271,7 +284,9 @@ def sized(windows: Windows, known: Sequence[Candidate], now: State, start: State
             order = np.argsort(falls)[: -TRIED - 1 : -1]
             asked, tries = [asked[k] for k in order], [tries[k] for k in order]
         if law.kind in LAWS and start.causes:  # a wrong backlash or drag stood for a part of it
-            tries = [_refit(few, one) for one in tries[:REFIT]]
+            for k, one in enumerate(tries[:REFIT]):
+                restore(few, one)
+                tries[k] = fitted(few, one, 2)
         gain, k = max((fall_of(few, before, one.rest)[0], k) for k, one in enumerate(tries))
         left = few.usual(tries[k].rest) / max(few.usual(before), 1e-12)
         made.append(Sized(start, tries[k], gain * len(windows) / len(few), left))
@@ -289,11 +304,6 @@ def _at_size(few: Windows, start: State, cause: Cause, datums: Array) -> State:
             own = few.record[few.window] == k
             few.zeros[k] += float(np.median(missed[own])) if np.any(own) else 0.0
     return state_of(few, causes, few.residuals(effects))
-
-
-def _refit(windows: Windows, now: State) -> State:
-    restore(windows, now)
-    return fitted(windows, now, 2)
 
 
 def trials(windows: Windows, law: Candidate, zeros: Array) -> list[tuple[Cause, Array]]:

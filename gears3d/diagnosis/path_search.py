@@ -506,8 +506,9 @@ def _exchanged(
 def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State:
     """Return a state with fewer causes in the place of several collinear ones, where these explain as much."""
     tries = []
-    for causes in fewer(windows, known, found) if len(found.causes) > 1 else ():
+    for causes, by in fewer(windows, known, found) if len(found.causes) > 1 else ():
         restore(windows, found)
+        windows.turned = windows.turned + by
         with suppress(InputError):
             rest = windows.residuals(effects_of(causes))
             one = polished(windows, fitted(windows, state_of(windows, causes, rest)))
@@ -706,8 +707,7 @@ def _tries(
     made: list[State] = []
     for one in _fits(windows, few, known, first, now, place):
         if few.usual(one.rest) > ACCOUNTS and any(few.usual(other.rest) < NOISE for other in made):
-            continue  # where one leaves noise, others need not be brought to it: it is compared with them at the end
-        restore(few, one)
+            continue  # one that leaves noise is compared with others at the end
         started = rezeroed(few, one) if place is None else one
         restore(few, started)
         made.append(_lean(few, polished(few, scanned(few, polished(few, started)), thorough=True)))

@@ -596,7 +596,7 @@ def test_fewer_causes_stand_for_several_that_look_like_them(rig):
     found = polished(windows, fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes)))))
     assert len(causes) == 2
     assert np.median(windows.level(found.rest)) < 2.0
-    sets = [own for own in fewer(windows, known, found) if {one.candidate.kind for one in own} == {"eccentricity"}]
+    sets = [own for own, _ in fewer(windows, known, found) if {one.candidate.kind for one in own} == {"eccentricity"}]
     assert sets
     size = {one.candidate.shape["gear"]: np.hypot(*one.numbers) for (one,) in sets}
     assert size["loose"] == pytest.approx(hidden.offset, rel=0.02)
