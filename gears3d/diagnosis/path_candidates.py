@@ -240,7 +240,7 @@ class Sized:
 
     Args:
         start: state of windows without it.
-        best: the same with it, in a sample of these windows; its numbers are not fitted.
+        best: the same with it, in a sample of these windows; fitted, in two rounds, only with other causes.
         gain: fall of chi-square in windows.
         left: part of the usual residual of the sample that it leaves.
     """
