@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.evidence import begin_of_flight, likely_root, roots_of
+from gears3d.diagnosis.evidence import begin_of_flight
 from gears3d.diagnosis.prediction import GEARS, Rounding, Unfollowed, deviation, errors_of, reading_error
 from gears3d.diagnosis.shooting_kernels import (
     body_of,
@@ -31,6 +31,7 @@ from gears3d.diagnosis.shooting_kernels import (
 )
 from gears3d.effects import Code
 from gears3d.lumped.flanks import perfect
+from gears3d.signals.whitening import likely_root, roots_of
 
 if TYPE_CHECKING:
     from gears3d.effects import Row
