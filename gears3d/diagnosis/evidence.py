@@ -11,9 +11,13 @@ from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from gears3d.diagnosis.channels import BINS, Channels, Drive, Losses, channels, no_channels
+from gears3d.diagnosis.shooting_kernels import LEAVES, SETTLES, flank_at
 from gears3d.effects import Code
+from gears3d.kernels import njit
+from gears3d.lumped.compile import tight
 from gears3d.measured.segmentation import Track, doubtful, path_of
 from gears3d.recording import Recording
 from gears3d.signals.whitening import Filter, coloured, filter_of, roots_of, whitened
@@ -44,6 +48,8 @@ FLIGHT, PARABOLA = 8, (1e-3, 3.0)
 BETWEEN, FLIGHT_READINGS, FLIGHTS = 0.06, 16, 200
 CYCLES, PER_CYCLE, RATIO = 0.8, 6.0, 1.02
 SHARE, LEVEL = 0.4, 1.5
+# Largest number of readings of a mean at which a trajectory is read.
+MEANS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,6 +260,182 @@ def begin_of_flight(place: Array) -> int:
     own = own - own[:, :1]
     left = np.sqrt(np.mean((own - own @ along @ along.T) ** 2, axis=1))
     return int(np.argmax(left <= max(PARABOLA[0], PARABOLA[1] * float(np.min(left)))))
+
+
+def means_of(time: Array, place: Array, most: int) -> tuple[int, Array, Array, Array]:
+    """Return the number of readings in at most about so many means, their times and places, and times of readings.
+
+    The last are (n, MEANS), NaN where a mean has fewer.
+    """
+    size = max(len(time) // most, 1)
+    bins, many = len(time) // size, min(size, MEANS)
+    time, place = (column[: bins * size].reshape(bins, size) for column in (time, place))
+    single = np.full((bins, MEANS), np.nan)
+    single[:, :many] = time[:, ((np.arange(many) + 0.5) / many * size).astype(int)]
+    return size, time.mean(axis=1), place.mean(axis=1), single
+
+
+@njit(cache=True, error_model="numpy")
+def read(
+    path: Array, pace: Array, flanks: tuple[Array, Array], events: Array, counts: Array, step: Array, window: Array,
+    node: Array, share: Array, single: Array, made: Array,
+) -> None:  # fmt: skip
+    """Interpolate displacements between nodes and events at means of readings.
+
+    Without an event between these, by place and curvature at the mean time; else at each reading. Arguments but the
+    means', (n,), are those of trajectories, (w, ...); single: places of readings in steps, (n, MEANS), else NaN.
+    """
+    first, before = 0, -1
+    for k in range(len(window)):
+        w, total, square = window[k], 0.0, 0.0
+        first, before = (first if w == before else 0), w
+        one = (path[w], pace[w], flanks[0][w], flanks[1][w], events[w, : counts[w]], step[w])
+        first, many, bent = _span(one, single[k], first)
+        for n in range(many if bent else 0):
+            total += _between(one, single[k, n], first)
+        if bent:
+            made[k] = total / many
+            continue
+        for n in range(many):
+            square += (single[k, n] - node[k] - share[k]) ** 2
+        made[k] = _between(one, node[k] + share[k], first)
+        made[k] += 0.5 * step[w] * (pace[w, node[k] + 1] - pace[w, node[k]]) * square / many
+
+
+def reader_of(
+    path: Array, pace: Array, flanks: tuple[Array, Array], events: Array, counts: Array, step: Array, window: Array,
+    node: Array, share: Array, single: Array,
+) -> csr_matrix:  # fmt: skip
+    """Return the sensitivities of means of readings to changes of places and rates at nodes, (n, 2 w nodes)."""
+    most = len(window) * 4 * MEANS
+    columns, parts, ends = np.zeros(most, dtype=np.int32), np.zeros(most), np.zeros(len(window) + 1, dtype=np.int32)
+    _weigh(path, pace, flanks, events, counts, step, window, node, share, single, columns, parts, ends)
+    return csr_matrix((parts[: ends[-1]], columns[: ends[-1]], ends), shape=(len(window), 2 * path.size))
+
+
+@njit(cache=True, error_model="numpy")
+def _weigh(
+    path: Array, pace: Array, flanks: tuple[Array, Array], events: Array, counts: Array, step: Array, window: Array,
+    node: Array, share: Array, single: Array, columns: Array, parts: Array, ends: Array,
+) -> None:  # fmt: skip
+    """Write columns and values of a sparse matrix of sensitivities of means, and the end of each row."""
+    first, before, count, last = 0, -1, 0, path.shape[1] - 2
+    by = np.zeros(4)
+    for k in range(len(window)):
+        w, square = window[k], 0.0
+        first, before = (first if w == before else 0), w
+        one = (path[w], pace[w], flanks[0][w], flanks[1][w], events[w, : counts[w]], step[w])
+        first, many, bent = _span(one, single[k], first)
+        for n in range(0 if bent else many):
+            square += (single[k, n] - node[k] - share[k]) ** 2 / many
+        many = many if bent else 1
+        for n in range(many):
+            place = single[k, n] if bent else node[k] + share[k]
+            i = min(max(int(place), 0), last)
+            _weights(one, i, place - i, square, first, by)
+            for m in range(4):
+                if by[m] != 0.0:
+                    columns[count], parts[count] = 2 * (w * (last + 2) + i) + m, by[m] / many
+                    count += 1
+        ends[k + 1] = count
+
+
+@tight
+def _weights(one: tuple[Array, ...], i: int, f: float, square: float, first: int, by: Array) -> None:
+    """Write the weights of place and rate of both nodes of a step for a change at a part of it.
+
+    A change is cubic, or linear from both nodes to an event, and linear between two events, as the place is where it
+    does not change by the mean rate. square: mean square of the readings' places about their mean.
+    """
+    path, pace, _, _, events, h = one
+    by[:] = 0.0
+    while first < len(events) and events[first, 0] < i:
+        first += 1
+    last, r = first, 1.0 - f
+    while last < len(events) and events[last, 0] == i:
+        last += 1
+    if first == last and _is_smooth(path, pace, i, h):
+        by[0], by[2] = (1.0 + 2.0 * f) * r * r, f * f * (3.0 - 2.0 * f)
+        by[1], by[3] = f * r * r - 0.5 * square, 0.5 * square - f * f * r
+    elif first < last and f < events[first, 1]:
+        by[0], by[1] = 1.0, f
+    elif first < last and f >= events[last - 1, 1]:
+        by[2], by[3] = 1.0, -r
+    else:
+        by[0], by[2] = r, f
+
+
+@tight
+def _span(one: tuple[Array, ...], single: Array, first: int) -> tuple[int, int, bool]:
+    """Return the first event from the step of a mean on, its number of readings, and whether an event lies between.
+
+    A step whose place does not change by the mean rate, as in a film, counts as well.
+    """
+    path, pace, _, _, events, h = one
+    many, last = 0, len(path) - 2
+    while many < len(single) and not np.isnan(single[many]):
+        many += 1
+    low, high = min(max(int(single[0]), 0), last), min(int(single[many - 1]), last)
+    while first < len(events) and events[first, 0] < low:
+        first += 1
+    if first < len(events) and events[first, 0] <= high:
+        return first, many, True
+    for i in range(low, high + 1):
+        if not _is_smooth(path, pace, i, h):
+            return first, many, True
+    return first, many, False
+
+
+@tight
+def _is_smooth(path: Array, pace: Array, i: int, h: float) -> bool:
+    """Return whether the place changes by the mean rate from a node to the next."""
+    off = path[i + 1] - path[i] - 0.5 * h * (pace[i] + pace[i + 1])
+    return abs(off) < 0.2 * h * abs(pace[i + 1] - pace[i]) + 1e-12
+
+
+@tight
+def _between(one: tuple[Array, ...], place: float, first: int) -> float:
+    """Return the displacement of a trajectory at a place in steps: a cubic, or parabolas between its events.
+
+    Without events in a step where the place does not change by the mean rate: linear. first: number of an event before.
+    """
+    path, pace, active, reverse, events, h = one
+    i = min(max(int(place), 0), len(path) - 2)
+    f = place - i
+    while first < len(events) and events[first, 0] < i:
+        first += 1
+    if first == len(events) or events[first, 0] > i:
+        r = 1.0 - f
+        if not _is_smooth(path, pace, i, h):
+            return r * path[i] + f * path[i + 1]
+        cubic = path[i] * (1.0 + 2.0 * f) * r * r + path[i + 1] * f * f * (3.0 - 2.0 * f)
+        return cubic + h * f * r * (pace[i] * r - pace[i + 1] * f)
+    begin, s, v, settled, own = 0.0, path[i], pace[i], False, active
+    while first < len(events) and events[first, 0] == i:
+        at, leaves = events[first, 1], events[first, 2] == LEAVES
+        own = active if events[first, 3] > 0.0 else reverse
+        here, lean = flank_at(own, i, at, h)
+        if f < at:
+            if leaves:
+                return flank_at(own, i, f, h)[0]
+            x = (f - begin) * h
+            return s + v * x + (here - s - v * (at - begin) * h) * ((f - begin) / (at - begin)) ** 2
+        settled = events[first, 2] == SETTLES
+        begin, s, v = at, here, (lean if leaves else lean - events[first, 5] * events[first, 4])
+        first += 1
+    if settled:
+        return flank_at(own, i, f, h)[0]
+    r, end = 1.0 - f, pace[i + 1] * h
+    back = (r / (1.0 - begin)) ** 2 if begin < 1.0 else 0.0
+    return path[i + 1] - r * end + (s - path[i + 1] + (1.0 - begin) * end) * back
+
+
+@njit(cache=True, error_model="numpy")
+def interpolated(nodes: Array, window: Array, node: Array, share: Array, made: Array) -> None:
+    """Interpolate values at nodes, (w, nodes), linearly at readings, (n,)."""
+    for k in range(len(window)):
+        first = nodes[window[k], node[k]]
+        made[k] = first + share[k] * (nodes[window[k], node[k] + 1] - first)
 
 
 def flights(windows: Any) -> list[tuple[Array, Array]]:

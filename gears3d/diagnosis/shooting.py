@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.evidence import begin_of_flight
+from gears3d.diagnosis.evidence import MEANS, begin_of_flight, interpolated, means_of, read, reader_of
 from gears3d.diagnosis.prediction import GEARS, Rounding, Unfollowed, deviation, errors_of, reading_error
 from gears3d.diagnosis.shooting_kernels import (
     body_of,
@@ -22,7 +22,6 @@ from gears3d.diagnosis.shooting_kernels import (
     film_of,
     follow,
     impacts_of,
-    read,
     shoot,
     slowing,
     swayed,
@@ -70,7 +69,7 @@ FLUNG = 4.0
 KICKS = 16
 # Largest step of such a deviation in a round, in standard deviations of the scatter.
 FARTHEST_KICK = 2.0
-# Largest number of impacts and contact losses of a window over which sensitivities are propagated.
+# Largest number of impacts and contact losses of a window that are known.
 EVENTS = 512
 
 
@@ -156,7 +155,9 @@ class Windows:
         for k, (known, period) in enumerate(zip(tracks, periods, strict=True)):
             for at, span in self._spans(k, known, period, max(MOST // len(tracks), 1), least):
                 rows.append((k, at, span))
-                seen.append(self._read(k, known, at, span))
+                size, *means, single = means_of(*self._place(k, known, at, at + span), BINS)
+                sigma = float(np.hypot(known.white / np.sqrt(size), ROUNDED * self.backlash))
+                seen.append((*means, sigma, (single - at) * (NODES - 1) / span))
         self.guessed, self.weight = self.zeros.copy(), np.ones(len(rows))
         self.record = np.array([row[0] for row in rows], dtype=int)
         self.begin, span = np.array([row[1:] for row in rows]).reshape(-1, 2).T
@@ -177,6 +178,7 @@ class Windows:
         share = (self.time - self.begin[self.window]) / self.step[self.window] if rows else self.time
         self.node = np.clip(share.astype(int), 0, NODES - 2)
         self.beyond = share - self.node
+        self.single = np.concatenate([np.zeros((0, MEANS)), *(one[3] for one in seen)])
         self.models, self.lasts = [one.model for one in tracks], [float(np.ptp(one.time[[0, -1]])) for one in tracks]
         self.smooth = [one.smooth for one in tracks]
         self.apart = np.array([1.0 - one.shared for one in tracks])
@@ -190,6 +192,11 @@ class Windows:
 
     def __len__(self) -> int:
         return len(self.begin)
+
+    @property
+    def means(self) -> tuple[Array, Array, Array, Array]:
+        """Window, node, part of the step, and places of single readings in steps, of the means."""
+        return self.window, self.node, self.beyond, self.single
 
     def _numbered(self) -> tuple[Array, Array]:
         """Return the window of each reading, and of each kick, and their places in it, (n + KICKS w,)."""
@@ -241,14 +248,6 @@ class Windows:
                 found.append((at, span))
                 free = at + span
         return found
-
-    def _read(self, k: int, known: Track, at: float, span: float) -> tuple[Array, Array, float]:
-        """Return times, displacements and their standard deviation of the means of readings of a window."""
-        time, place = self._place(k, known, at, at + span)
-        size = max(len(time) // BINS, 1)
-        bins = len(time) // size
-        time, place = (column[: bins * size].reshape(bins, size).mean(axis=1) for column in (time, place))
-        return time, place, float(np.hypot(known.white / np.sqrt(size), ROUNDED * self.backlash))
 
     def _white(self, k: int) -> float:
         """Return the standard deviation of a reading of a record [m]."""
@@ -312,7 +311,7 @@ class Windows:
         few.drive = self.drive[0][picked], self.drive[1][picked], self.drive[2][picked]
         few.drive_errors = tuple(one[:, picked] for one in self.drive_errors)
         few.starts, few.picked, few.whole = self.starts.only(picked), picked, self.whole[picked]
-        for name in ("time", "read", "sigma", "node", "beyond"):
+        for name in ("time", "read", "sigma", "node", "beyond", "single"):
             setattr(few, name, getattr(self, name)[mine])
         few.window = number[self.window][mine]
         few.every, few.order = few._numbered()
@@ -330,7 +329,7 @@ class Windows:
         few = copy(self)
         few.drive = tuple(np.ascontiguousarray(one[:, :nodes]) for one in self.drive)
         few.drive_errors = tuple(np.ascontiguousarray(one[..., :nodes]) for one in self.drive_errors)
-        for name in ("time", "read", "sigma", "window"):
+        for name in ("time", "read", "sigma", "window", "single"):
             setattr(few, name, getattr(self, name)[mine])
         few.node = np.minimum(self.node[mine], nodes - 2)
         few.beyond = (self.node + self.beyond)[mine] - few.node
@@ -370,10 +369,10 @@ class Windows:
 
     def along(self, effects: Sequence[Any]) -> Linearised:
         """Return the trajectory of the rig with more effects from the present starts, with its sensitivities."""
-        return Linearised(self, effects, self._run(effects, self.starts, EVENTS))
+        return Linearised(self, effects, self._run(effects, self.starts, flows=True))
 
-    def _run(self, effects: Sequence[Any], starts: Starts, most: int = 0) -> _Run:
-        """Return the trajectory of the rig with more effects, and at most so many events of each window."""
+    def _run(self, effects: Sequence[Any], starts: Starts, *, flows: bool = False) -> _Run:
+        """Return the trajectory of the rig with more effects, with transition matrices on request."""
         rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
         sensors: list[Any] = [one for one in (*self.effects, *effects) if hasattr(one, "observe")]
         key = (id(self.drive[0]), *map(id, effects)), *(x.tobytes() for x in (self.zeros, self.turned, self.motion))
@@ -385,13 +384,12 @@ class Windows:
             if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
                 laws[row.code - Code.IMPACT_OFFSET] += row.p[0]
         path, pace = np.empty_like(angle), np.empty_like(angle)
-        events = np.zeros((len(self), most, 7))
-        torques, counts = torques_of(rows, self.values.drag_torque), np.zeros(len(self), dtype=np.int64)
-        about = np.array([*self.radii, self.lever])
+        events, counts = np.zeros((len(self), EVENTS, 7)), np.zeros(len(self), dtype=np.int64)
+        torques, about = torques_of(rows, self.values.drag_torque), np.array([*self.radii, self.lever])
         film, body = film_of(rows), body_of(rows)
         twist = np.zeros_like(angle if len(body) else angle[:, :0])
         kicks = starts.kicks if self.spread(effects) else starts.kicks[:, :0]
-        flow = np.zeros((len(self), angle.shape[1] - 1 if most and len(film) else 0, 4))
+        flow = np.zeros((len(self), angle.shape[1] - 1 if flows and len(film) else 0, 4))
         bends = any(200 < row.code < 300 for row in rows) and any(row.code == Code.GAP_SPRING for row in rows)
         for again in (False, True) if bends else (False,):  # compliant teeth: the gear is far behind its flank
             if again:
@@ -404,7 +402,7 @@ class Windows:
             shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, film, *starts[:3],
                   kicks, path, pace, events, counts, flow)  # fmt: skip
         made = np.zeros(len(self.window))
-        read(path, pace, self.step, self.window, self.node, self.beyond, made)
+        read(path, pace, flanks, events, counts, self.step, *self.means, made)
         made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, path)
         about = made, path, pace, starts, (seen, loose), (angle, speed, rate), ahead, events, counts, flanks, flow
         return _Run(*about, twist, body)
@@ -466,7 +464,7 @@ class Windows:
             at = node + share - late / self.step[self.window]
             node = np.clip(np.floor(at).astype(node.dtype), 0, nodes.shape[1] - 2)
             share = at - node
-        read(nodes, nodes[:, :0], self.step, self.window, node, share, made)
+        interpolated(nodes, self.window, node, share, made)
         return made
 
     def flanks(
@@ -677,6 +675,7 @@ class Linearised:
         self.rest = windows.rest(run.made, run.starts, self.spread)
         self.none = np.zeros(windows.drive[0].shape)
         self.waves: tuple[dict[Any, Any], dict[Any, Any]] = {}, {}
+        self.reader = reader_of(run.path, run.pace, run.flanks, run.events, run.counts, windows.step, *windows.means)
 
     def starts(self) -> list[Array]:
         """Return sensitivities of predictions to place and rate of their window's start, and to kicks, per unit.
@@ -787,7 +786,7 @@ class Linearised:
             driven: part of the change of the acceleration by the drive.
         """
         windows, run = self.windows, self.run
-        made = np.empty_like(self.none)
+        made = np.zeros((*self.none.shape, 2))
         if len(run.body):
             about = np.array([*windows.radii, windows.lever])
             twist = np.zeros((len(windows), 2)) if twist is None else twist
@@ -798,4 +797,4 @@ class Linearised:
             carried(windows.step, run.flow, run.path, run.flanks, *pushed, *starts, made)
         else:
             follow(windows.step, run.starts.mode, run.events, run.counts, *pushed, rebound, *starts, made)
-        return windows.between(made)
+        return self.reader @ made.ravel()

@@ -67,7 +67,7 @@ def _bent(place: Array, i: int, step: float) -> float:
 
 
 @tight
-def _at(place: Array, i: int, f: float, step: float) -> tuple[float, float]:
+def flank_at(place: Array, i: int, f: float, step: float) -> tuple[float, float]:
     """Return nodal values and their rate at a fraction of the step after a node, by parabolas."""
     bend = 0.5 * step**2 * (_bent(place, i, step) + _bent(place, i + 1, step))
     way = place[i + 1] - place[i]
@@ -113,7 +113,7 @@ def _window(
                 mode = 1 if below else 2
                 own, sign = (active, 1.0) if below else (reverse, -1.0)
                 bend = 0.5 * (_bent(own, i, step) + _bent(own, i + 1, step))
-                here, lean = _at(own, i, f, step)
+                here, lean = flank_at(own, i, f, step)
                 low, high, m = 0.0, rest, rest
                 for _ in range(50):  # Newton steps, bisection where they leave the bracket
                     off = sign * (s - here + m * (v - lean + m * (0.5 * (a - bend) + m * jerk / 6.0)))
@@ -145,7 +145,7 @@ def _window(
                     count += 1
             else:
                 own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
-                lean, (place, leans) = _at(own, i, 0.0, step)[1], _at(own, i, 1.0, step)
+                lean, (place, leans) = flank_at(own, i, 0.0, step)[1], flank_at(own, i, 1.0, step)
                 first = slowed(
                     t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever
                 )
@@ -160,7 +160,7 @@ def _window(
                     s, v = place, leans
                     break
                 m = 0.0 if now > 0.0 else rest * now / (now - last)
-                (s, v), mode = _at(own, i, f + m / step, step), 0
+                (s, v), mode = flank_at(own, i, f + m / step, step), 0
                 rest -= m
                 if count < len(events):
                     events[count, 0], events[count, 1], events[count, 2] = i, 1.0 - rest / step, LEAVES
@@ -201,8 +201,8 @@ def _pushed(
     r1, r2, lever = about[0], about[1], about[2]
     turns = speed[i] + f * (speed[i + 1] - speed[i])
     loose = (v + r1 * turns) / r2
-    place, lean = _at(active, i, f, step)
-    beyond, leans = _at(reverse, i, f, step)
+    place, lean = flank_at(active, i, f, step)
+    beyond, leans = flank_at(reverse, i, f, step)
     mode = 1 if s - place < film[5] else (2 if beyond - s < film[5] else 0)
     turn = ahead + (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2
     free = slowed(begin + (i + f) * step, turn, loose, mode, torques, lever)
@@ -251,12 +251,12 @@ def _oiled(
                 break
             if rests != 0.0:
                 own = active if rests > 0.0 else reverse
-                last, lean = _at(own, i, 1.0, step)
+                last, lean = flank_at(own, i, 1.0, step)
                 now = rests * (one - _bent(own, i, step))
                 then = rests * (_pushed(1.0, i, last + rests * thin, lean, *rig)[0] - _bent(own, i + 1, step))
                 until = 1.0 if now <= 0.0 and then <= 0.0 else (f if now > 0.0 else f + (1.0 - f) * now / (now - then))
                 if until > f:
-                    s, v = _at(own, i, until, step)
+                    s, v = flank_at(own, i, until, step)
                     f, s, p, q, r, t = until, s + rests * thin, 0.0, 0.0, 0.0, 0.0
                     one, k0, c0 = _pushed(f, i, s, v, *rig)
                 rests = rests if until == 1.0 else 0.0
@@ -274,11 +274,11 @@ def _oiled(
             if off > 1.0 and lasts > 1e-4:
                 lasts, lands = lasts * max(0.2, 0.8 * off ** (-1.0 / 3.0)), False
                 continue
-            (low, lean), (high, leans) = _at(active, i, f + lasts, step), _at(reverse, i, f + lasts, step)
+            (low, lean), (high, leans) = flank_at(active, i, f + lasts, step), flank_at(reverse, i, f + lasts, step)
             low, high = low + thin, high - thin
             sign = 1.0 if s4 < low else (-1.0 if s4 > high else 0.0)
             if rigid and sign != 0.0 and not lands:
-                at, slope = _at(active if sign > 0.0 else reverse, i, f, step)
+                at, slope = flank_at(active if sign > 0.0 else reverse, i, f, step)
                 gap, by, to = sign * (s - at) - thin, sign * (v - slope), sign * (v4 - (lean if sign > 0.0 else leans))
                 if max(gap, by) > 0.0:
                     lasts, lands = lasts * _part(gap, by, min(s4 - low, high - s4), to, h), True
@@ -316,7 +316,7 @@ def _floats(
 ) -> tuple[float, float]:  # fmt: skip
     """Return the initial place and rate of a gear that its drag holds on a flank, or on its film."""
     own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
-    lean = _at(own, 0, 0.0, step)[1]
+    lean = flank_at(own, 0, 0.0, step)[1]
     loose = (lean + about[0] * speed[0]) / about[1]
     load = -sign * (slowed(0.0, 0.0, loose, 0, torques, about[2]) - about[0] * rate[0]) / (about[1] * about[2])
     draws = abs(film[2] * speed[0] + film[3] * loose)
@@ -333,14 +333,14 @@ def carried(
     step: Array, flow: Array, path: Array, flanks: tuple[Array, Array], pushed: Array, active: Array, reverse: Array,
     place: Array, pace: Array, made: Array,
 ) -> None:  # fmt: skip
-    """Compute first-order changes of displacements at the nodes from the transition matrices of a trajectory.
+    """Compute first-order changes of displacements, and of rates per step, by the transition matrices of a trajectory.
 
     A film and compliant teeth move with their flank: changes are propagated relative to the nearer one.
     """
     for w in range(len(step)):
         h, s, v = step[w], place[w], pace[w]
         for i in range(made.shape[1]):
-            made[w, i] = s
+            made[w, i, 0], made[w, i, 1] = s, h * v
             if i == made.shape[1] - 1:
                 break
             near = path[w, i] < 0.5 * (flanks[0][w, i] + flanks[1][w, i])
@@ -372,29 +372,11 @@ def shoot(
         s, v = min(max(place[w], active[w, 0]), reverse[w, 0]), pace_0[w]
         if mode[w] > 0:
             own = active[w] if mode[w] == 1 else reverse[w]
-            s, v = _at(own, 0, 0.0, step[w])
+            s, v = flank_at(own, 0, 0.0, step[w])
         counts[w] = _window(
             begin[w], step[w], angle[w], speed[w], rate[w], active[w], reverse[w], about, ahead[w], torques, laws,
             kicks[w], s, v, mode[w], path[w], pace[w], events[w],
         )  # fmt: skip
-
-
-@njit(cache=True, error_model="numpy")
-def read(path: Array, pace: Array, step: Array, window: Array, node: Array, share: Array, made: Array) -> None:
-    """Interpolate values at readings between two nodes: linearly, or with rates cubically where no impact lies between.
-
-    All is at nodes, (w, nodes), or at readings, (n,); the rate may be empty, (w, 0).
-    """
-    for k in range(len(window)):
-        w, i, f = window[k], node[k], share[k]
-        first, last, h = path[w, i], path[w, i + 1], step[w]
-        made[k] = first + f * (last - first)
-        if pace.shape[1] == 0:
-            continue
-        begin, end, r = pace[w, i], pace[w, i + 1], 1.0 - f
-        if abs(last - first - 0.5 * h * (begin + end)) < 0.2 * abs(h * (begin - end)) + 1e-12:
-            made[k] = first * (1.0 + 2.0 * f) * r * r + last * f * f * (3.0 - 2.0 * f)
-            made[k] += h * f * r * (begin * r - end * f)
 
 
 @njit(cache=True, error_model="numpy")
@@ -417,7 +399,7 @@ def follow(
     step: Array, mode: Array, events: Array, counts: Array, pushed: Array, active: Array, reverse: Array,
     rebound: Array, place: Array, pace: Array, made: Array,
 ) -> None:  # fmt: skip
-    """Compute first-order changes of displacements at the nodes by saltation matrices at the events of a trajectory.
+    """Compute first-order changes of displacements, and of rates per step, by saltation matrices at events.
 
     Between events the change is a free flight under the change of the acceleration, in contact that of the flank; at an
     impact, which itself moves, place and speed relative to the flank change by its saltation matrix. Source: Leine and
@@ -429,10 +411,10 @@ def follow(
         h, now, k = step[w], mode[w], 0
         s, v = place[w], pace[w]
         if now > 0:
-            s, v = _at(active[w] if now == 1 else reverse[w], 0, 0.0, h)
+            s, v = flank_at(active[w] if now == 1 else reverse[w], 0, 0.0, h)
         nodes = made.shape[1]
         for i in range(nodes):
-            made[w, i] = s
+            made[w, i, 0], made[w, i, 1] = s, h * v
             if i == nodes - 1:
                 break
             f = 0.0
@@ -445,7 +427,7 @@ def follow(
                     s += lasts * (v + lasts * (2.0 * a + b) / 6.0)
                     v += 0.5 * lasts * (a + b)
                 own = active[w] if sign > 0.0 else reverse[w]
-                here, lean = _at(own, i, at, h)
+                here, lean = flank_at(own, i, at, h)
                 if what == BOUNCES:
                     hits, e, a = events[w, k, 4], events[w, k, 5], events[w, k, 6]
                     off, apace = s - here, v - lean
@@ -464,7 +446,7 @@ def follow(
                 s += lasts * (v + lasts * (2.0 * a + b) / 6.0)
                 v += 0.5 * lasts * (a + b)
             else:
-                s, v = _at(active[w] if now == 1 else reverse[w], i, 1.0, h)
+                s, v = flank_at(active[w] if now == 1 else reverse[w], i, 1.0, h)
 
 
 def film_of(rows: Sequence[Row]) -> Array:
@@ -571,7 +553,7 @@ def _rests(
     """Return, for a step in contact, the separating and the angular acceleration of the flank, and their changes."""
     r1, r2, lever = about[0], about[1], about[2]
     bend, bent = _bent(own, i, step), _bent(own, i + 1, step)
-    lean, (place, leans) = _at(own, i, 0.0, step)[1], _at(own, i, 1.0, step)
+    lean, (place, leans) = flank_at(own, i, 0.0, step)[1], flank_at(own, i, 1.0, step)
     p = slowed(t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever)
     p = sign * (p - r1 * rate[i] - bend)
     jerk = slowed(
@@ -590,7 +572,7 @@ def _meets(
     """Return the time of an impact in a step, place and rate of the flank there, and the state."""
     before, after, m = 0.0, h, h
     for _ in range(50):  # Newton steps, bisection where they leave the bracket
-        here, lean = _at(own, i, f + m / step, step)
+        here, lean = flank_at(own, i, f + m / step, step)
         s1, v1, _, _ = _swung(m, s, v, d, w, now, jerk, back, slip, lever, free, body)
         off, slope = sign * (s1 - here), sign * (v1 - lean)
         before, after = (m, after) if off >= 0.0 else (before, m)
@@ -598,7 +580,7 @@ def _meets(
         if after - before < 1e-13 * h or abs(way) < 1e-14 * h:
             break
         m = m - way if before < m - way < after else 0.5 * (before + after)
-    here, lean = _at(own, i, f + m / step, step)
+    here, lean = flank_at(own, i, f + m / step, step)
     s1, v1, d1, w1 = _swung(m, s, v, d, w, now, jerk, back, slip, lever, free, body)
     return m, here, lean, s1, v1, d1, w1
 
@@ -637,7 +619,7 @@ def _body_window(
                 if h == rest:
                     low, high = active[i + 1], reverse[i + 1]
                 else:
-                    low, high = _at(active, i, g, step)[0], _at(reverse, i, g, step)[0]
+                    low, high = flank_at(active, i, g, step)[0], flank_at(reverse, i, g, step)[0]
                 if low <= s1 <= high:
                     s, v, d, w = s1, v1, d1, w1
                     rest -= h
@@ -690,12 +672,12 @@ def _body_window(
                         d, w = d1, w1
                         rest -= h
                         if rest <= 1e-12 * step:
-                            s, v = _at(own, i, 1.0, step)
+                            s, v = flank_at(own, i, 1.0, step)
                             break
                         continue
                     m = h * first / (first - last)
                     _, _, d, w = _swung(m, 0.0, 0.0, d, w, 0.0, 0.0, back, slip / step, 0.0, 1.0 / body[0], body)
-                (s, v), mode = _at(own, i, f + m / step, step), 0
+                (s, v), mode = flank_at(own, i, f + m / step, step), 0
                 rest -= m
                 if count < len(events):
                     events[count, 0], events[count, 1] = i, 1.0 - rest / step
@@ -720,7 +702,7 @@ def swing(
         s, v = min(max(place[k], active[k, 0]), reverse[k, 0]), pace_0[k]
         if mode[k] > 0:
             own = active[k] if mode[k] == 1 else reverse[k]
-            s, v = _at(own, 0, 0.0, step[k])
+            s, v = flank_at(own, 0, 0.0, step[k])
         counts[k] = _body_window(
             begin[k], step[k], angle[k], speed[k], rate[k], active[k], reverse[k], about, ahead[k], torques, laws,
             body, kicks[k], s, v, twist_0[k, 0], twist_0[k, 1], mode[k], path[k], pace[k], twist[k], events[k],
@@ -733,7 +715,7 @@ def swayed(
     driven: Array, active: Array, reverse: Array, rebound: Array, place: Array, pace: Array, twist_0: Array,
     made: Array,
 ) -> None:  # fmt: skip
-    """Compute first-order changes of displacements at the nodes with a second body, along the events of a trajectory.
+    """Compute first-order changes of displacements, and of rates per step, with a second body, along a trajectory.
 
     The change of the drive's acceleration does not turn the loose gear. Spring and damper act where the twist of the
     trajectory exceeds the play.
@@ -746,10 +728,10 @@ def swayed(
         h, now, event = step[k], mode[k], 0
         s, v, d, w = place[k], pace[k], twist_0[k, 0], twist_0[k, 1]
         if now > 0:
-            s, v = _at(active[k] if now == 1 else reverse[k], 0, 0.0, h)
+            s, v = flank_at(active[k] if now == 1 else reverse[k], 0, 0.0, h)
         nodes = made.shape[1]
         for i in range(nodes):
-            made[k, i] = s
+            made[k, i, 0], made[k, i, 1] = s, h * v
             if i == nodes - 1:
                 break
             f, law = 0.0, own if body[3] == 0.0 or abs(twist[k, i] + twist[k, i + 1]) > 2.0 * body[3] else none
@@ -775,12 +757,12 @@ def swayed(
                         back = (b + f * h * slip) / r2
                         _, _, d, w = _swung(m, 0.0, 0.0, d, w, 0.0, 0.0, back, slip / r2, 0.0, per, law)
                         f += m / h
-                    s, v = _at(side, i, at, h)
+                    s, v = flank_at(side, i, at, h)
                 f = at
                 if last:
                     break
                 what, sign = events[k, event, 2], events[k, event, 3]
-                here, lean = _at(active[k] if sign > 0.0 else reverse[k], i, at, h)
+                here, lean = flank_at(active[k] if sign > 0.0 else reverse[k], i, at, h)
                 if what != LEAVES:
                     hits, e, a = events[k, event, 4], events[k, event, 5], events[k, event, 6]
                     off, before = s - here, v
