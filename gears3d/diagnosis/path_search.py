@@ -74,7 +74,7 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.prediction import GEARS, restitution, unclipped
 from gears3d.diagnosis.preprocessing import order_of
-from gears3d.diagnosis.run_information import detectable, widths_of
+from gears3d.diagnosis.run_information import detectable, prior_covariance, widths_of
 from gears3d.diagnosis.search import Rival, is_same, occam
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.diagnosis.shooting_kernels import slowed, torques_of
@@ -601,8 +601,8 @@ def _rival(windows: Windows, one: State, best: State, least: float, cost: float 
 def _price(windows: Windows, one: State, least: float) -> float:
     """Return the Occam factor of a state's parameters, as chi-square."""
     restore(windows, one)
-    units = np.concatenate([np.zeros(0), *(cause.units for cause in one.causes)])
-    return occam(covariance_of(windows, one) * least / EXCLUDED, units)
+    known = prior_covariance(covariance_of(windows, one) * least / EXCLUDED, one.causes, windows.pivot)
+    return occam(known, np.ones(len(known)))
 
 
 def _excludes(windows: Windows, one: State, other: State, least: float) -> bool:

@@ -165,6 +165,21 @@ def _width(windows: Windows, now: State, cause: Cause, others: Sequence[Cause], 
     return width
 
 
+def prior_covariance(covariance: Array, causes: Sequence[Cause], pivot: float) -> Array:
+    """Return the covariance of numbers [SI] in their units, of a power law by its torque at a speed, (p, p).
+
+    pivot: the speed [rad/s]; a coefficient of another exponent has another unit, and depends on the exponent.
+    """
+    to, at = np.diag(1.0 / np.concatenate([np.zeros(0), *(one.units for one in causes)])), 0
+    for one in causes:
+        if one.candidate.kind == "drag_power" and one.free:
+            power = float(np.exp(one.numbers[1]))
+            to[at, at] *= pivot ** (power - one.candidate.shape["exponent"])
+            to[at, at + 1] = to[at, at] * one.numbers[0] * np.log(pivot) * power
+        at += len(one.numbers)
+    return to @ covariance @ to.T
+
+
 def detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:
     """Return the minimum detectable effect of causes of one number in addition to others, in units, by kind.
 

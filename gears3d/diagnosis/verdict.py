@@ -33,7 +33,7 @@ from gears3d.diagnosis.preprocessing import Note, reference_record
 from gears3d.diagnosis.residual_patterns import Structure, channel_of
 from gears3d.diagnosis.residual_tests import UNITS
 from gears3d.diagnosis.run_information import covariance
-from gears3d.diagnosis.search import Option, Rival, Search, options
+from gears3d.diagnosis.search import STATED, Option, Rival, Search, options
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.scenario import Scenario
@@ -140,8 +140,10 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
             less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
             gain = less.chi2 - now.chi2
             text = evidence_sentence(found, cause, less.rest, gain)
-        alternatives = tuple(open_hypothesis(one) for one in others[k] if not one.excluded)
-        excluded = tuple(excluded_hypothesis(one) for one in others[k] if one.excluded)
+        places = options(effect.kind, gain, [(one.kinds, one.deviance) for one in others[k]])
+        able = [not one.excluded and by.probability >= STATED for one, by in zip(others[k], places[1:-2], strict=True)]
+        alternatives = tuple(open_hypothesis(one) for one, is_able in zip(others[k], able, strict=True) if is_able)
+        excluded = tuple(excluded_hypothesis(one) for one, is_able in zip(others[k], able, strict=True) if not is_able)
         wide = None if path is None else path.widths_of(cause)
         numbers = parameters(cause, known[own, own], _unsure(found.records, cause), wide)
         written, zero = table(effect, numbers), reference_record(found.records, effect)
@@ -149,7 +151,7 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
             numbers.pop("phase", None)
         named.append(
             Named(effect.kind, effect.place, numbers, text, gain, alternatives, effect, written, excluded, zero,
-                  options=options(effect.kind, gain, [(one.kinds, one.deviance) for one in others[k]]))
+                  options=places)
         )  # fmt: skip
     return sorted(named, key=lambda one: -one.gain)
 
@@ -264,8 +266,11 @@ def open_hypothesis(rival: Rival) -> dict[str, str]:
 
 
 def excluded_hypothesis(rival: Rival) -> dict[str, str]:
-    """Return a hypothesis that the data exclude, as ``kind`` and ``why``."""
-    return {"kind": " + ".join(rival.kinds), "why": f"fits worse by {significance(rival.worse)} ({_shapes(rival)})"}
+    """Return a hypothesis that is excluded, by the data or by its small probability, as ``kind`` and ``why``."""
+    why = f"fits worse by {significance(rival.worse)}"
+    if not rival.excluded:
+        why = f"probability below {STATED:.1%}, by its fit and the number of its parameters"
+    return {"kind": " + ".join(rival.kinds), "why": f"{why} ({_shapes(rival)})"}
 
 
 def _shapes(rival: Rival) -> str:

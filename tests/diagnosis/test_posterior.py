@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
+from gears3d.diagnosis.causes import begin, candidates
+from gears3d.diagnosis.run_information import prior_covariance
 from gears3d.diagnosis.search import OUTSIDE, PRIOR, STATED, occam, options, posterior
+from gears3d.scenario import load
 
+RIG = "scenarios/rigaud-2020/fig5-20rpm.toml"
 POINTS, SIZE = 400, 30.0
 
 
@@ -79,6 +83,20 @@ def test_stated_probabilities_come_true_in_data_of_known_hypotheses(angle: float
         reach = binomtest(sum(true for _, true in own), len(own)).proportion_ci(0.99)
         assert low <= reach.high, (low, len(own), reach)
         assert reach.low <= high, (high, len(own), reach)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 2.0, 4.0])
+def test_a_power_law_costs_what_its_torque_and_exponent_are_known_by(exponent: float) -> None:
+    """Whatever its exponent: at 4 the unit of a coefficient of exponent 2 had cost 11.8 more than a viscous torque."""
+    candidate = next(one for one in candidates(load(RIG).rig(), 10.0, 8) if one.kind == "drag_power")
+    pivot, torque, sigma, spread = 200.0, 0.4, 0.02, 0.1
+    unit = candidate.unit * pivot ** (candidate.shape["exponent"] - exponent)
+    cause = begin(candidate, np.array([torque]))._replace(numbers=np.array([torque * unit, np.log(exponent)]))
+    slope = torque * unit * np.log(pivot) * exponent
+    known = np.array(
+        [[(sigma * unit) ** 2 + (slope * spread) ** 2, -slope * spread**2], [-slope * spread**2, spread**2]]
+    )
+    assert prior_covariance(known, [cause], pivot) == pytest.approx(np.diag([sigma**2, spread**2]), abs=1e-9)
 
 
 def _price(columns: np.ndarray) -> float:
