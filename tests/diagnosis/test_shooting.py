@@ -618,9 +618,7 @@ def test_restitution_that_scatters_is_found_beside_a_torque(rig):
     assert found.after < 2.0 < found.before
 
 
-def test_kicks_of_single_impacts_are_followed_as_runs_go():
-    """With bounces of several steps each; shorter ones are approximated."""
-    rig = load(RIG, {"run.duration": "6 s", "run.settle": "0 s", "impact.restitution": 0.6})
+def test_kicks_of_single_impacts_are_followed_as_runs_go(rig):
     scatter = catalogue()["restitution_scatter"](standard_deviation=0.05)
     windows, _ = shot(rig)
     windows.restart((), anew=True)
