@@ -438,6 +438,14 @@ def interpolated(nodes: Array, window: Array, node: Array, share: Array, made: A
         made[k] = first + share[k] * (nodes[window[k], node[k] + 1] - first)
 
 
+def straight(x: Array, y: Array, window: Array, count: int) -> tuple[Array, Array]:
+    """Return value at 0 and slope of a straight line through the values of each window, (count,) each."""
+    n, sx, sy, sxx, sxy = (np.bincount(window, each, count) for each in (x**0, x, y, x * x, x * y))
+    spread = n * sxx - sx**2
+    slope = np.where(spread > 0.0, (n * sxy - sx * sy) / np.where(spread > 0.0, spread, 1.0), 0.0)
+    return (sy - slope * sx) / np.maximum(n, 1), slope
+
+
 def flights(windows: Any) -> list[tuple[Array, Array]]:
     """Return times and displacements of free flights, less the drive's motion and with its noise.
 

@@ -225,7 +225,7 @@ def restore(windows: Windows, state: State) -> None:
     windows.weight, windows.motion = state.weight.copy(), state.motion
 
 
-def effects_of(causes: Sequence[Cause]) -> list[object]:
+def effects_of(causes: Sequence[Cause]) -> list[Any]:
     """Return the effects of causes, without those of size 0."""
     return [one for one in (cause.effect for cause in causes) if one is not None]
 

@@ -74,8 +74,8 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.prediction import GEARS, restitution, unclipped
 from gears3d.diagnosis.preprocessing import order_of
-from gears3d.diagnosis.run_information import detectable, prior_covariance, widths_of
-from gears3d.diagnosis.search import Rival, is_same, occam
+from gears3d.diagnosis.run_information import detectable, price_of, widths_of
+from gears3d.diagnosis.search import Rival, is_same
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.diagnosis.shooting_kernels import slowed, torques_of
 from gears3d.effects import Code, SensorEffect
@@ -185,8 +185,8 @@ def path_search(
     others = []
     for gain, (own, excluded) in zip(gains, instead, strict=True):
         least = _least(windows, gain, found.rest)
-        cost = _price(windows, found, least) if own else 0.0
-        fits = [_rival(windows, one, found, least, _price(windows, one, least) - cost) for one in own]
+        costs = [price_of(windows, one, least / EXCLUDED) for one in (found, *own)]
+        fits = [_rival(windows, one, found, least, by - costs[0]) for one, by in zip(own, costs[1:], strict=True)]
         others.append(tuple(sorted([*fits, *excluded], key=lambda one: one.worse)))
     restore(windows, found)
     found = referenced(windows, found)
@@ -200,7 +200,7 @@ def path_search(
         float(np.sqrt(np.median(usual))), len(windows), tuple(others),
         detectable(windows, known, found, covariance), unsure=unsure, deviations=deviations(windows, found.causes),
     )  # fmt: skip
-    rows = [row for one in found.causes if one.effect is not None for row in one.effect.rows(windows.values)]
+    rows = [row for effect in effects_of(found.causes) for row in effect.rows(windows.values)]
     mean = float(restitution([*windows.base, *rows], windows.values.restitution, np.zeros(1), np.zeros(1))[0])
     return _scatter_separated(made, mean)
 
@@ -267,6 +267,9 @@ def _of_part(
     base = polished(part, _opened(part))
     restore(part, first)
     found = _forward(part, known, base, polished(part, first), progress)
+    if found.causes and _far(part, found.rest) > ACCOUNTS:  # other causes may hide a law
+        found = min(found, _law_first(part, known, base, found) or found, key=lambda one: _far(part, one.rest))
+        restore(part, found)
     if found.causes and _far(part, found.rest) > ACCOUNTS:
         found = _exchanged(part, known, base, found, progress)[0]
     whole = polished(windows, _carried(windows, found))
@@ -305,15 +308,21 @@ def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: St
     """
     level, there = windows.usual(found.rest), {one.candidate.kind for one in found.causes}
     far = max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) > 1.0 or _repeats(windows, found)
-    if BODY in there or not there or not (far or (there & {OIL, SOFT} and windows.long)):
+    if not there or not (far or (there & {OIL, SOFT} and windows.long)):
         return found
-    best = _with_law(windows, [one for one in known if one.kind not in there], base)
-    if best is not None and there & {OIL, SOFT} and windows.usual(best.rest) > MOST_LEFT * windows.usual(base.rest):
-        best = None  # another law, and not the main cause
-    if best is not None:
-        best = _simplest(windows, base, [found, _forward(windows, known, base, best, lambda part: None)])
-    restore(windows, best or found)
-    return best or found
+    best = _law_first(windows, known, base, found)
+    best = (_simplest(windows, base, [found, best]) if best else None) or found
+    restore(windows, best)
+    return best
+
+
+def _law_first(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State | None:
+    """Return the state of a search that begins with another law of contact; ``None`` without one."""
+    there = {one.candidate.kind for one in found.causes}
+    law = None if BODY in there else _with_law(windows, [one for one in known if one.kind not in there], base)
+    if law is None or (there & {OIL, SOFT} and windows.usual(law.rest) > MOST_LEFT * windows.usual(base.rest)):
+        return None  # another law, and not the main cause
+    return _forward(windows, known, base, law, lambda part: None)
 
 
 def _with_law(windows: Windows, known: Sequence[Candidate], base: State) -> State | None:
@@ -419,8 +428,7 @@ def _forward(
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
         best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
-        if best is None:
-            best = _of_diverging(windows, known, base, now)
+        best = best or _of_diverging(windows, known, base, now)
         if best is None and windows.usual(now.rest) > NOISE:
             tries = _with_body_at(few, known, (), first, _part(few, mine, base), enough)
             tries = [_whole(windows, now, few, one) for one in tries]
@@ -474,9 +482,9 @@ def _exchanged(
                 tries = [one for law in asked if law.gain > ACCEPT_PATH for one in law.fitted(few)]
                 if kind not in LAWS:
                     tries = _tries(windows, few, known, first, found, k) + scattering(few, known, plain, LIKE * gain)
+                more = len(windows) / len(few)
                 for one in tries:
                     if (rival := _rival(few, one, first, least)).excluded:
-                        more = len(windows) / len(few)
                         whole = rival._replace(worse=rival.worse * more, deviance=rival.deviance * more)
                         excluded += [whole] if len(one.causes) == len(found.causes) else []
                     else:
@@ -527,8 +535,7 @@ def _is_accepted(windows: Windows, base: State, less: State, more: State) -> boo
 def _leaves_drag(windows: Windows, causes: Sequence[Cause]) -> bool:
     """Return whether torques at mean speed still drag: without, nothing would keep the gear on its driver."""
     drag = windows.values.drag_torque
-    own = [one.effect for one in causes if one.effect is not None]
-    rows = [*windows.base, *(row for effect in own for row in effect.rows(windows.values))]
+    rows = [*windows.base, *(row for effect in effects_of(causes) for row in effect.rows(windows.values))]
     torques = torques_of([row for row in rows if row.code != Code.TORQUE_HARMONIC], drag)  # its mean is 0
     return -slowed(np.inf, 0.0, windows.pivot, 0, torques, 1.0) >= (1.0 - MOST_DRAG) * drag
 
@@ -596,13 +603,6 @@ def _rival(windows: Windows, one: State, best: State, least: float, cost: float 
     worse, sure = gain_of(windows, one, best)
     deviance = min(EXCLUDED * worse / least, sure * abs(sure)) + cost
     return Rival((one.causes[-1],), worse, _excludes(windows, one, best, least), deviance)
-
-
-def _price(windows: Windows, one: State, least: float) -> float:
-    """Return the Occam factor of a state's parameters, as chi-square."""
-    restore(windows, one)
-    known = prior_covariance(covariance_of(windows, one) * least / EXCLUDED, one.causes, windows.pivot)
-    return occam(known, np.ones(len(known)))
 
 
 def _excludes(windows: Windows, one: State, other: State, least: float) -> bool:
@@ -733,8 +733,8 @@ def _fits(
         with suppress(InputError):
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
             restore(few, first)
-            few.turned = few.turned + by
-            fit = first._replace(causes=(*causes, cause))
+            few.turned, fit = few.turned + by, first._replace(causes=(*causes, cause))
+            few.keep_readings(effects_of(first.causes), effects_of(fit.causes))
             if place is not None:  # the others, of few windows perhaps, are known
                 fit = fitted(few, fit, held=len(causes))
             fit = fitted(few, fit)

@@ -25,6 +25,7 @@ from gears3d.diagnosis.causes import (
     goes_by,
     slopes_of,
     table,
+    within_bounds,
 )
 from gears3d.diagnosis.evidence import Evidence, Paths, has_compliance
 from gears3d.diagnosis.path_candidates import scores_of
@@ -38,6 +39,7 @@ from gears3d.diagnosis.path_fit import (
     State,
     WithoutStarts,
     columns_of,
+    covariance_of,
     effects_of,
     fitted,
     gain_of,
@@ -48,7 +50,7 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, delay_of, has_original_datum, preprocess, slopes_of_datums, turn
-from gears3d.diagnosis.search import given
+from gears3d.diagnosis.search import given, occam
 from gears3d.diagnosis.shooting import MOST, Windows, shootable
 from gears3d.effects import catalogue
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
@@ -153,7 +155,10 @@ def _width(windows: Windows, now: State, cause: Cause, others: Sequence[Cause], 
     width, before = 1.0, (0.0, 0.0)
     while width < WIDEST:
         restore(windows, now)
-        trial = (cause._replace(numbers=cause.numbers + SIGMAS * width * by), *others)
+        numbers = cause.numbers + SIGMAS * width * by
+        if np.any(numbers != within_bounds(cause, numbers)):
+            break
+        trial = (cause._replace(numbers=numbers), *others)
         try:
             fit = state_of(windows, trial, windows.residuals(effects_of(trial)))
         except InputError:  # a rig cannot have it
@@ -178,6 +183,13 @@ def prior_covariance(covariance: Array, causes: Sequence[Cause], pivot: float) -
             to[at, at + 1] = to[at, at] * one.numbers[0] * np.log(pivot) * power
         at += len(one.numbers)
     return to @ covariance @ to.T
+
+
+def price_of(windows: Windows, one: State, scale: float) -> float:
+    """Return the Occam factor of a state's parameters, as chi-square; scale: of their covariance."""
+    restore(windows, one)
+    known = prior_covariance(scale * covariance_of(windows, one), one.causes, windows.pivot)
+    return occam(known, np.ones(len(known)))
 
 
 def detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:

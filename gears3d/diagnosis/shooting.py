@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.evidence import MEANS, begin_of_flight, interpolated, means_of, read, reader_of
+from gears3d.diagnosis.evidence import MEANS, begin_of_flight, interpolated, means_of, read, reader_of, straight
 from gears3d.diagnosis.prediction import GEARS, Rounding, Unfollowed, deviation, errors_of, reading_error
 from gears3d.diagnosis.shooting_kernels import (
     body_of,
@@ -38,10 +38,8 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
-# Points of integration of a window: 64 in a fall across the backlash of the longest window.
-NODES = 384
-# Largest number of means of readings in a window.
-BINS = 256
+# Points of integration of a window, 64 in a fall across the backlash of the longest one; most means of readings in it.
+NODES, BINS = 384, 256
 # Largest number of windows of all records: numbers of causes are then known to 10 % of their smallest size.
 MOST = 96
 # Shortest and longest window, in falls across the backlash, a period of the drive in between; shortest that is long.
@@ -61,14 +59,12 @@ RUN = 16
 BETTER, FALLEN = 0.98, 0.9
 # Mean square of residuals of a window, in variances of the noise, up to which they are noise: no other start is tried.
 NOISE = 1.5
-# Step of starts between oil films, in units, for sensitivities.
-NEXT = 1e-3
-# Unit of the rate of a twist, in units of the rate of a start: an impact after a fall across the backlash has 2.
-FLUNG = 4.0
-# First impacts of a window that have a restitution of their own (random effect) where it scatters.
-KICKS = 16
-# Largest step of such a deviation in a round, in standard deviations of the scatter.
-FARTHEST_KICK = 2.0
+# Step of starts between oil films, in units, for sensitivities; unit of the rate of a twist, in units of the rate of a
+# start: an impact after a fall across the backlash has 2.
+NEXT, FLUNG = 1e-3, 4.0
+# First impacts of a window that have a restitution of their own (random effect) where it scatters; its largest step in
+# a round, in standard deviations of the scatter.
+KICKS, FARTHEST_KICK = 16, 2.0
 # Largest number of impacts and contact losses of a window that are known.
 EVENTS = 512
 
@@ -308,7 +304,7 @@ class Windows:
         few = copy(self)
         for name in ("record", "begin", "step", "weight"):
             setattr(few, name, getattr(self, name)[picked])
-        few.drive = self.drive[0][picked], self.drive[1][picked], self.drive[2][picked]
+        few.drive = tuple(one[picked] for one in self.drive)
         few.drive_errors = tuple(one[:, picked] for one in self.drive_errors)
         few.starts, few.picked, few.whole = self.starts.only(picked), picked, self.whole[picked]
         for name in ("time", "read", "sigma", "node", "beyond", "single"):
@@ -373,12 +369,7 @@ class Windows:
 
     def _run(self, effects: Sequence[Any], starts: Starts, *, flows: bool = False) -> _Run:
         """Return the trajectory of the rig with more effects, with transition matrices on request."""
-        rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
-        sensors: list[Any] = [one for one in (*self.effects, *effects) if hasattr(one, "observe")]
-        key = (id(self.drive[0]), *map(id, effects)), *(x.tobytes() for x in (self.zeros, self.turned, self.motion))
-        if self._last is None or self._last[0] != key:  # several starts are tried with the same effects
-            self._last = key, (self.drive, *effects), self._moved(rows, sensors)
-        seen, loose, ahead, wrong, (angle, speed, rate), flanks = self._last[2]
+        rows, sensors, seen, loose, ahead, wrong, (angle, speed, rate), flanks = self._shared(effects)
         laws = np.array([self.values.restitution, 0.0, 0.0])
         for row in rows:
             if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
@@ -407,15 +398,22 @@ class Windows:
         about = made, path, pace, starts, (seen, loose), (angle, speed, rate), ahead, events, counts, flanks, flow
         return _Run(*about, twist, body)
 
-    def _moved(self, rows: Sequence[Row], sensors: Sequence[Any]) -> tuple[Any, ...]:
-        """Return what all starts share: angles, errors of the drive's readings, true motion of the drive, flanks."""
+    def _shared(self, effects: Sequence[Any]) -> tuple[Any, ...]:
+        """Return what all starts share: rows, sensors, angles, errors of the drive's readings, its motion, flanks."""
+        key = (id(self.drive[0]), *map(id, effects)), *(x.tobytes() for x in (self.zeros, self.turned, self.motion))
+        if self._last is not None and self._last[0] == key:  # several starts are tried with the same effects
+            return self._last[2]
+        rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
+        sensors = [one for one in (*self.effects, *effects) if hasattr(one, "observe")]
         zero, turned = (self.origins + self.zeros)[self.record][:, None], self.turned[self.record]
         seen = self.drive[0] + turned[:, :1]
         wrong = self.off(sensors, seen)
         drive = [own - off for own, off in zip(self.drive, wrong[1:], strict=True)] if wrong else self.drive
         loose = (self.radii[0] * drive[0] + zero) / self.radii[1] + turned[:, 1:]
         active, reverse = self.flanks(rows, drive[0] + turned[:, :1], loose)
-        return seen, loose, zero[:, 0] / self.radii[1] + turned[:, 1], wrong, drive, (active, reverse + self.backlash)
+        ahead, flanks = zero[:, 0] / self.radii[1] + turned[:, 1], (active, reverse + self.backlash)
+        self._last = key, (self.drive, *effects), (rows, sensors, seen, loose, ahead, wrong, drive, flanks)
+        return self._last[2]
 
     def off(self, sensors: Sequence[Any], seen: Array) -> list[Array] | None:
         """Return errors of the drive at the nodes: of the displacement's readings, of its motion, and two derivatives.
@@ -554,20 +552,22 @@ class Windows:
         step = self.step[:, None]
         rate = np.concatenate([none[:, None], np.cumsum(0.5 * (fall[:, 1:] + fall[:, :-1]), axis=1) * step], axis=1)
         pulled = np.concatenate([none[:, None], np.cumsum(0.5 * (rate[:, 1:] + rate[:, :-1]), axis=1) * step], axis=1)
-        w = self.window
-        since = self.time - self.begin[w]
-        straight = self.read - (now.made - self.between(now.path)) - self.between(pulled)
-        order = self.order[: len(w)]
-        for taken in TAKEN:
-            near = order < taken
-            own, x, y = w[near], since[near], straight[near]
-            count, sx, sy, sxx, sxy = (
-                np.bincount(own, each, len(self)) for each in (np.ones_like(x), x, y, x * x, x * y)
-            )
-            spread = count * sxx - sx**2
-            slope = np.where(spread > 0.0, (count * sxy - sx * sy) / np.where(spread > 0.0, spread, 1.0), 0.0)
-            tried.append(at_rest((sy - slope * sx) / np.maximum(count, 1), slope))
-        return tried
+        bare = self.read - (now.made - self.between(now.path)) - self.between(pulled)
+        return tried + [at_rest(*self._line(bare, taken)) for taken in TAKEN]
+
+    def _line(self, values: Array, taken: int) -> tuple[Array, Array]:
+        """Return beginning and slope of a straight line through the first values of each window, (w,) each."""
+        near = self.order[: len(values)] < taken
+        return straight((self.time - self.begin[self.window])[near], values[near], self.window[near], len(self))
+
+    def keep_readings(self, before: Sequence[Any], effects: Sequence[Any]) -> None:
+        """Move starts by what sensors read differently with other effects: the readings at the beginning stay."""
+        path, errors = self._run(before, self.starts).path, []
+        for own in (before, effects):
+            _, sensors, _, loose, _, wrong, *_ = self._shared(own)
+            errors.append(self.shown(sensors, wrong, loose, path))
+        place, rate = self._line(errors[1] - errors[0], TAKEN[0])
+        self.starts = self.starts._replace(place=self.starts.place - place, rate=self.starts.rate - rate)
 
     @property
     def pivot(self) -> float:

@@ -379,6 +379,31 @@ def test_an_error_of_an_encoder_that_moves_the_zero_is_found(short):
     assert np.hypot(*found.causes[0].numbers) == pytest.approx(size, rel=0.02)
 
 
+def test_an_error_of_the_gear_in_the_place_of_one_of_its_encoder_keeps_the_readings(short):
+    """Errors of the drive and, with opposite sign, of its encoder predict the same; places in flight are not the same.
+
+    The first window in flight begins 3 % of the backlash off, by which its bounces are others.
+    """
+    values, phase = short.rig(), 0.7
+    size = 0.3 * values.backlash / values.base_radius_drive
+    wrong = catalogue()["encoder_eccentricity"](amplitude=size, order=2, phase=phase, gear="drive")
+    moved = catalogue()["transmission_error"](
+        amplitude=size * values.base_radius_drive, order=2, phase=phase + np.pi, gear="drive", flank="both"
+    )
+    windows, _ = shot(short, [wrong])
+    own = next(
+        one for one in known_of(short, windows) if one.kind == wrong.kind and one.shape == {"gear": "drive", "order": 2}
+    )
+    cause = begin(own, np.array([np.cos(phase), -np.sin(phase)]) * size / own.unit)
+    windows.restart([cause.effect], anew=True)
+    fit = fitted(windows, state_of(windows, [cause], windows.residuals([cause.effect])))
+    flies = np.isin(windows.window, np.flatnonzero(windows.starts.mode == 0))
+    assert np.any(flies)
+    assert np.abs(windows.missed([moved])[flies]).max() > 0.02 * values.backlash
+    windows.keep_readings(effects_of(fit.causes), [moved])
+    assert np.abs(windows.missed([moved])).max() < 0.004 * values.backlash
+
+
 def test_a_late_encoder_is_late_by_the_speed_of_the_rattling_gear(rig):
     """By the speed at a reading in place of that before it, readings after impacts are off by the change of speed."""
     windows, late = shot(rig)[0], 2e-3
@@ -697,6 +722,15 @@ def test_an_interval_is_as_wide_as_chi_square_is_flat():
     excess = 3.5 + cause.numbers[0] - threshold
     assert 0.4 * 2.0 * below == pytest.approx(excess, rel=0.2)
     assert above == WIDEST
+
+
+def test_an_interval_of_what_a_record_does_not_determine_ends_where_no_rig_can_be(short):
+    """The logarithm of a damping without effect was followed until its exponential overflowed."""
+    windows, _ = shot(short)
+    windows.restart((), anew=True)
+    cause = begin(next(one for one in known_of(short, windows) if one.kind == "drag_power"), np.array([0.02]))
+    now = state_of(windows, (cause,), windows.residuals(effects_of([cause])))
+    assert np.all(np.isfinite(widths_of(windows, now, np.diag([cause.units[0] ** 2, 1e6**2]))))
 
 
 def test_the_profile_of_a_cause_that_moves_the_path_straight_is_a_parabola(short):
