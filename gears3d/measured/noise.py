@@ -72,6 +72,9 @@ AROUND = 4
 REPEATS = 3.0
 # Readings of which the last repeats the one before, at most, and the part of these that must, for a regular update.
 RAREST, REGULAR = 64, 0.98
+# Least ratio of the change after a repeated reading and the others where these are of about one count: it is 2 of a
+# missed update, 1 of a gear whose counts keep step with the samples.
+CAUGHT_UP = 1.5
 # Standard deviations that flicker, random walk and jitter must differ from zero by to be applied.
 SURE = 3.0
 
@@ -298,16 +301,21 @@ def without_repeats(time: np.ndarray, angle: np.ndarray, count: float | None) ->
 def _updated(angle: np.ndarray, count: float) -> np.ndarray | None:
     """Return which readings are new where every so many-th one repeats the one before, (n,); ``None`` elsewhere.
 
-    Those of a slow gear on a counter repeat as well; there changes are of one count.
+    Those of a slow gear on a counter repeat as well; there changes are of one count, also the one after a repeat.
     """
-    change = np.abs(np.diff(angle[:STRETCH]))
-    if not np.any(change) or np.median(change[change > 0.0]) < 1.5 * count:
+    change = np.abs(np.diff(angle[:STRETCH], prepend=angle[0]))
+    if not np.any(change):
         return None
+    slow = np.median(change[change > 0.0]) < 1.5 * count
     same = np.append(False, angle[1:] == angle[:-1])
-    for every in range(2, min(RAREST, len(angle) // FEWEST) + 1):
-        share = same[: min(STRETCH, len(same)) // every * every].reshape(-1, every).mean(axis=0)
+    for every in range(3 if slow else 2, min(RAREST, len(angle) // FEWEST) + 1):
+        whole = len(change) // every * every
+        share = same[:whole].reshape(-1, every).mean(axis=0)
         at = int(np.argmax(share))
         if share[at] > REGULAR and np.mean(same[at::every]) > REGULAR and np.max(np.delete(share, at)) < HELD_SHARE:
+            mean, after = change[:whole].reshape(-1, every).mean(axis=0), (at + 1) % every
+            if slow and mean[after] < CAUGHT_UP * np.mean(np.delete(mean, [at, after])):
+                continue
             same[np.arange(len(same)) % every != at] = False
             return ~same
     return None

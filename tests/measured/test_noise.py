@@ -113,6 +113,18 @@ def test_readings_of_a_slow_gear_on_a_counter_stay(every):
     assert len(kept) == len(angle) * (every - 1) // every
 
 
+@pytest.mark.parametrize("every", [3, 4, 19])
+def test_missed_updates_are_left_out_where_the_gear_passes_a_count_in_a_sample(every):
+    """They were kept as those of a slow gear, and the drive had lines of their frequency as motion."""
+    time, count = np.arange(60_000) * 1e-4, 2.5e-4
+    shown = np.floor((2.3 * time - 0.04 * np.cos(136.0 * time)) / count) * count
+    late = np.arange(every, len(time), every)
+    shown[late] = shown[late - 1]
+    kept = without_repeats(time, shown, count)[0]
+    assert len(kept) == len(time) - len(late)
+    assert not np.any(np.isin(time[late], kept))
+
+
 @pytest.mark.parametrize("jitter", [3e-7, 1e-6])
 def test_jitter_is_told_from_white_noise_by_the_speed(jitter):
     rng = np.random.default_rng(6)
