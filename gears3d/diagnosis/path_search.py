@@ -98,8 +98,7 @@ BEYOND = 1.2
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
 # Candidates that are fitted in a forward step, and with a law of contact, where a run takes several times as long.
 FITTED = (7, 3)
-# Parts of what a cause explains, and of the residual chi-square beyond noise, by which another must be worse to be
-# excluded: the rest may be model error.
+# Parts of what a cause explains, and of chi-square beyond noise, by which another must be worse to be excluded.
 SAME, LEFT = 0.01, 0.25
 # Standard errors over windows by which the difference of two hypotheses must differ from 0; largest part of the error
 # that a second body may leave to be the first cause.
@@ -262,7 +261,7 @@ def _of_part(
     """Return causes selected in beginnings of windows, and the state of the windows with them.
 
     Exchanges follow, as causes may have the same effect in shorter parts. A slow flight fits the motion in oil or on
-    compliant teeth: such a law stays only if no other cause predicts the windows better.
+    compliant teeth: one that is new stays only if no other cause predicts the windows better.
     """
     base = polished(part, _opened(part))
     restore(part, first)
@@ -273,10 +272,10 @@ def _of_part(
     if found.causes and _far(part, found.rest) > ACCOUNTS:
         found = _exchanged(part, known, base, found, progress)[0]
     whole = polished(windows, _carried(windows, found))
-    if any(one.candidate.kind in LAWS for one in found.causes) and windows.usual(whole.rest) > NOISE:
+    new = {one.candidate.kind for one in found.causes} - {one.candidate.kind for one in first.causes}
+    if new & set(LAWS) and windows.usual(whole.rest) > NOISE:
         other = _of_part(windows, part, [one for one in known if one.kind not in LAWS], first, progress)
-        if _far(windows, other[1].rest) < _far(windows, whole.rest):
-            return other
+        return min((found, whole), other, key=lambda one: _far(windows, one[1].rest))
     return found, whole
 
 
@@ -310,8 +309,8 @@ def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: St
     far = max(level / NOISE, np.abs(found.motion).max(initial=0.0) / STEADY) > 1.0 or _repeats(windows, found)
     if not there or not (far or (there & {OIL, SOFT} and windows.long)):
         return found
-    best = _law_first(windows, known, base, found)
-    best = (_simplest(windows, base, [found, best]) if best else None) or found
+    law = _law_first(windows, known, base, found)
+    best = (_simplest(windows, base, [found, law]) if law else None) or found
     restore(windows, best)
     return best
 
@@ -320,8 +319,9 @@ def _law_first(windows: Windows, known: Sequence[Candidate], base: State, found:
     """Return the state of a search that begins with another law of contact; ``None`` without one."""
     there = {one.candidate.kind for one in found.causes}
     law = None if BODY in there else _with_law(windows, [one for one in known if one.kind not in there], base)
-    if law is None or (there & {OIL, SOFT} and windows.usual(law.rest) > MOST_LEFT * windows.usual(base.rest)):
-        return None  # another law, and not the main cause
+    explained = there & {OIL, SOFT} and _far(windows, found.rest) <= ACCOUNTS  # by another law
+    if law is None or (explained and windows.usual(law.rest) > MOST_LEFT * windows.usual(base.rest)):
+        return None  # not the main cause
     return _forward(windows, known, base, law, lambda part: None)
 
 
