@@ -184,7 +184,7 @@ def path_search(
     others = []
     for gain, (own, excluded) in zip(gains, instead, strict=True):
         least = _least(windows, gain, found.rest)
-        costs = [price_of(windows, one, least / EXCLUDED) for one in (found, *own)]
+        costs = [price_of(windows, one, least / EXCLUDED) for one in ((found, *own) if own else ())]
         fits = [_rival(windows, one, found, least, by - costs[0]) for one, by in zip(own, costs[1:], strict=True)]
         others.append(tuple(sorted([*fits, *excluded], key=lambda one: one.worse)))
     restore(windows, found)

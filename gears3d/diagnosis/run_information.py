@@ -156,7 +156,7 @@ def _width(windows: Windows, now: State, cause: Cause, others: Sequence[Cause], 
     while width < WIDEST:
         restore(windows, now)
         numbers = cause.numbers + SIGMAS * width * by
-        if np.any(numbers != within_bounds(cause, numbers)):
+        if np.any(numbers != within_bounds(cause, numbers)):  # a rig cannot have it
             break
         trial = (cause._replace(numbers=numbers), *others)
         try:

@@ -117,7 +117,7 @@ def test_readings_of_a_slow_gear_on_a_counter_stay(every):
 def test_missed_updates_are_left_out_where_the_gear_passes_a_count_in_a_sample(every):
     """They were kept as those of a slow gear, and the drive had lines of their frequency as motion."""
     time, count = np.arange(60_000) * 1e-4, 2.5e-4
-    shown = np.floor((2.3 * time - 0.04 * np.cos(136.0 * time)) / count) * count
+    shown = np.floor((2.3 * time - 0.004 * np.cos(136.0 * time)) / count) * count
     late = np.arange(every, len(time), every)
     shown[late] = shown[late - 1]
     kept = without_repeats(time, shown, count)[0]
