@@ -28,7 +28,7 @@ from gears3d.diagnosis.causes import (
     excluding,
     fit,
 )
-from gears3d.diagnosis.evidence import Paths, has_compliance, uncut
+from gears3d.diagnosis.evidence import Paths, has_compliance, shootable, uncut
 from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
 from gears3d.diagnosis.path_search import Path, law_of_contact, path_search
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
@@ -60,7 +60,7 @@ from gears3d.diagnosis.search import (
     posterior,
     rivals,
 )
-from gears3d.diagnosis.shooting import LONG, NOISE, Windows, shootable
+from gears3d.diagnosis.shooting import LONG, NOISE, Windows
 from gears3d.diagnosis.validity import (
     Against,
     against,

@@ -14,10 +14,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from gears3d.diagnosis.channels import BINS, Channels, Drive, Losses, channels, no_channels
-from gears3d.diagnosis.shooting_kernels import LEAVES, SETTLES, flank_at
+from gears3d.diagnosis.shooting_kernels import LEAVES, SETTLES, body_of, film_of, flank_at
 from gears3d.effects import Code
 from gears3d.kernels import njit
 from gears3d.lumped.compile import tight
+from gears3d.lumped.flanks import perfect
 from gears3d.measured.segmentation import Track, doubtful, path_of
 from gears3d.recording import Recording
 from gears3d.signals.whitening import Filter, coloured, filter_of, roots_of, whitened
@@ -147,6 +148,16 @@ def of_cut(
 def has_compliance(rig: Scenario) -> bool:
     """Whether a rig has a law of contact already, so that segmentation by rigid flanks is invalid."""
     return any(row.code in (Code.GAP_SPRING, Code.GAP_FILM) for row in rig.rows())
+
+
+def shootable(rig: Scenario) -> bool:
+    """Return whether the model of windows covers a rig: no table of flank deviations, torques by a formula.
+
+    A second body on the loose gear is covered between rigid dry flanks.
+    """
+    rows = rig.rows()
+    able = perfect(rig.pair()) and all(row.code != Code.TORQUE_TABLE for row in rows)
+    return able and (not len(film_of(rows)) or not len(body_of(rows)))
 
 
 def _clear_losses(seen: Channels, motion: Motion, radius: float) -> Channels:

@@ -27,7 +27,7 @@ from gears3d.diagnosis.causes import (
     table,
     within_bounds,
 )
-from gears3d.diagnosis.evidence import Evidence, Paths, has_compliance
+from gears3d.diagnosis.evidence import Evidence, Paths, has_compliance, shootable
 from gears3d.diagnosis.path_candidates import scores_of
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
@@ -51,7 +51,7 @@ from gears3d.diagnosis.path_fit import (
 from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, delay_of, has_original_datum, preprocess, slopes_of_datums, turn
 from gears3d.diagnosis.search import given, occam
-from gears3d.diagnosis.shooting import MOST, Windows, shootable
+from gears3d.diagnosis.shooting import MOST, Windows
 from gears3d.effects import catalogue
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.measured.checks import Admitted, examine

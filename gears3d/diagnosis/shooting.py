@@ -29,7 +29,6 @@ from gears3d.diagnosis.shooting_kernels import (
     torques_of,
 )
 from gears3d.effects import Code
-from gears3d.lumped.flanks import perfect
 from gears3d.signals.whitening import likely_root, roots_of
 
 if TYPE_CHECKING:
@@ -107,16 +106,6 @@ class Starts(NamedTuple):
 def at_rest(place: Array, rate: Array, mode: Array | int = 0) -> Starts:
     """Return starts without kicks and without twist."""
     return Starts(place, rate, np.full(len(place), mode), np.zeros((len(place), KICKS)), np.zeros((len(place), 2)))
-
-
-def shootable(rig: Scenario) -> bool:
-    """Return whether the model of windows covers a rig: no table of flank deviations, torques by a formula.
-
-    A second body on the loose gear is covered between rigid dry flanks.
-    """
-    rows = rig.rows()
-    able = perfect(rig.pair()) and all(row.code != Code.TORQUE_TABLE for row in rows)
-    return able and (not len(film_of(rows)) or not len(body_of(rows)))
 
 
 class Windows:
@@ -561,13 +550,19 @@ class Windows:
         return straight((self.time - self.begin[self.window])[near], values[near], self.window[near], len(self))
 
     def keep_readings(self, before: Sequence[Any], effects: Sequence[Any]) -> None:
-        """Move starts by what sensors read differently with other effects: the readings at the beginning stay."""
-        path, errors = self._run(before, self.starts).path, []
-        for own in (before, effects):
-            _, sensors, _, loose, _, wrong, *_ = self._shared(own)
+        """Move starts, and datums where that fits better, by what sensors read differently with other effects."""
+        path, zeros, errors, tries = self._run(before, self.starts).path, self.zeros, [], []
+        for sensed in (before, effects):
+            _, sensors, _, loose, _, wrong, *_ = self._shared(sensed)
             errors.append(self.shown(sensors, wrong, loose, path))
-        place, rate = self._line(errors[1] - errors[0], TAKEN[0])
-        self.starts = self.starts._replace(place=self.starts.place - place, rate=self.starts.rate - rate)
+        own, more = self.record[self.window], errors[1] - errors[0]
+        mean = np.bincount(own, more, len(zeros)) / np.maximum(np.bincount(own, minlength=len(zeros)), 1.0)
+        for shift in (0.0 * mean, mean):  # a delay is read as a shift of the datum
+            place, rate = self._line(more - shift[own], TAKEN[0])
+            starts = self.starts._replace(place=self.starts.place - place, rate=self.starts.rate - rate)
+            self.zeros = zeros - shift
+            tries.append((self.usual(self.residuals(effects, starts)), self.zeros, starts))
+        _, self.zeros, self.starts = min(tries, key=lambda one: one[0])
 
     @property
     def pivot(self) -> float:

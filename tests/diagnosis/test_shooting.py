@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.causes import Candidate, begin, candidates
 from gears3d.diagnosis.diagnosis import PARTED
-from gears3d.diagnosis.evidence import MEANS, means_of, read
+from gears3d.diagnosis.evidence import MEANS, means_of, read, shootable
 from gears3d.diagnosis.path_candidates import fewer, scores_of
 from gears3d.diagnosis.path_fit import (
     WithoutNuisances,
@@ -26,7 +26,7 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.path_search import path_search
 from gears3d.diagnosis.run_information import WIDEST, widths_of
-from gears3d.diagnosis.shooting import LONG, Starts, Windows, at_rest, shootable
+from gears3d.diagnosis.shooting import LONG, Starts, Windows, at_rest
 from gears3d.diagnosis.shooting_kernels import BOUNCES, shoot
 from gears3d.diagnosis.validity import against, level_in
 from gears3d.effects import catalogue
@@ -402,6 +402,17 @@ def test_an_error_of_the_gear_in_the_place_of_one_of_its_encoder_keeps_the_readi
     assert np.abs(windows.missed([moved])[flies]).max() > 0.02 * values.backlash
     windows.keep_readings(effects_of(fit.causes), [moved])
     assert np.abs(windows.missed([moved])).max() < 0.004 * values.backlash
+
+
+def test_a_delay_of_readings_moves_the_datum_by_its_mean(short):
+    """Starts moved by all that a delay shifts readings would lie outside the flanks."""
+    windows, late = shot(short)[0], 3e-4
+    windows.restart((), anew=True)
+    before, zeros, mean = windows.starts.place.copy(), windows.zeros.copy(), windows.radii[1] * windows.pivot
+    assert late * mean > 0.5 * windows.backlash
+    windows.keep_readings((), [catalogue()["encoder_skew"](delay=late, gear="loose")])
+    assert np.abs(windows.zeros - zeros) == pytest.approx(late * mean, rel=0.05)
+    assert np.abs(windows.starts.place - before).max() < 0.75 * late * mean  # the fluctuation, 20 of 30 rpm
 
 
 def test_a_late_encoder_is_late_by_the_speed_of_the_rattling_gear(rig):
