@@ -513,6 +513,18 @@ def frequencies(windows: Any) -> list[float]:
     return [float(turns[best] * RATIO**shift)]
 
 
+def fluctuation_orders(windows: Any) -> Array:
+    """Return the orders of the drive's fluctuation by record, to the drive and to the loose gear, 0 without, (r, 2)."""
+    speeds, last = np.full(len(windows.zeros), np.inf), windows.drive[0].shape[1] - 1
+    time = windows.begin[:, None] + windows.step[:, None] * [0, last]
+    for k in np.unique(windows.record).tolist():  # windows begin in flights, where the drive is slower than its mean
+        own = np.flatnonzero(windows.record == k)
+        ends = slice(0, 1) if len(own) > 1 else slice(0, 2)
+        speeds[k] = np.ptp(windows.drive[0][own][:, [0, -1]][:, ends]) / np.ptp(time[own, ends])
+    orders = 2.0 * np.pi / (np.asarray(windows.periods) * speeds)
+    return np.column_stack([orders, orders * windows.radii[1] / windows.radii[0]])
+
+
 def in_gap(windows: Any) -> Array:
     """Return whether readings are in the gap between the flanks, (n,)."""
     place, edge = windows.read - windows.guessed[windows.record[windows.window]], BETWEEN * windows.backlash

@@ -28,10 +28,10 @@ from gears3d.diagnosis.causes import (
     swings,
     within_bounds,
 )
-from gears3d.diagnosis.evidence import orthonormal
+from gears3d.diagnosis.evidence import fluctuation_orders, orthonormal
 from gears3d.diagnosis.prediction import GEARS
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, order_of, reference
-from gears3d.diagnosis.shooting import KICKS, NODES, Linearised, Starts, Windows
+from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows
 from gears3d.diagnosis.shooting_kernels import impacts_of
 from gears3d.effects import Code
 from gears3d.errors import InputError
@@ -76,8 +76,8 @@ SHIFTS, TURNS, LOOKED = tuple(0.1 * k for k in range(-6, 7)), 8, 32
 # Least information on the restitution of an impact, 0 to 1, for tests of what it depends on.
 DETERMINED = 0.5
 # Correction of the drive's motion, in standard deviations, from which on fits begin from its readings, too: one in 20
-# exceeds it by chance.
-BENDS = 2.0
+# exceeds it by chance; largest number of these fits.
+BENDS, REMADE = 2.0, 5
 # Sizes in units from the best of which the fit of a scatter begins, and rounds of its re-estimation from the kicks.
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 # Parts of a window, increasing from its beginning, to whose readings starts and kicks are fitted in turn.
@@ -576,7 +576,7 @@ def polished(windows: Windows, now: State, *, thorough: bool = False) -> State:
     rest = refined(windows, effects, rest) if thorough else rest
     if np.any(rest != before):
         now = fitted(windows, now._replace(rest=rest))
-    return _from_measured_motion(windows, now) if thorough and np.abs(now.motion).max(initial=0.0) > BENDS else now
+    return _from_measured_motion(windows, now) if thorough else now
 
 
 def unrounded(windows: Windows, now: State) -> State:
@@ -593,13 +593,22 @@ def refitted(windows: Windows, now: State) -> State:
 
 
 def _from_measured_motion(windows: Windows, now: State) -> State:
-    """Return the better of a state and one fitted from the drive's motion as measured, which other causes may bend."""
-    windows.motion, effects = np.zeros_like(now.motion), effects_of(now.causes)
-    windows.restart(effects)
-    other = _polished(windows, fitted(windows, state_of(windows, now.causes, windows.residuals(effects))))
-    best = other if gain_of(windows, now, other)[0] > 0.0 else now
-    restore(windows, best)
-    return best
+    """Return the best of a state and fits from the drive's motion as measured, which other causes may bend.
+
+    The first fit chooses starts of poor windows again; others those of all, with the datums of the best, while better.
+    """
+    effects = effects_of(now.causes)
+    for k in range(REMADE):
+        if np.abs(now.motion).max(initial=0.0) <= BENDS:
+            break
+        windows.motion = np.zeros_like(now.motion)
+        windows.restart(effects, anew=k > 0)
+        other = _polished(windows, fitted(windows, state_of(windows, now.causes, windows.residuals(effects))))
+        better = gain_of(windows, now, other)[0] > 0.0
+        restore(windows, now := other if better else now)
+        if k > 0 and not better:
+            break
+    return now
 
 
 def _polished(windows: Windows, now: State) -> State:
@@ -687,17 +696,6 @@ def deviations(windows: Windows, causes: Sequence[Cause]) -> Deviations | None:
         [at(drive)[by == k] for k in count], [turned[by == k] for k in count],
         fluctuation_orders(windows),
     )  # fmt: skip
-
-
-def fluctuation_orders(windows: Windows) -> Array:
-    """Return the orders of the drive's fluctuation by record, to the drive and to the loose gear, 0 without, (r, 2)."""
-    speeds, time = np.full(len(windows.zeros), np.inf), windows.begin[:, None] + windows.step[:, None] * [0, NODES - 1]
-    for k in np.unique(windows.record).tolist():  # windows begin in flights, where the drive is slower than its mean
-        own = np.flatnonzero(windows.record == k)
-        ends = slice(0, 1) if len(own) > 1 else slice(0, 2)
-        speeds[k] = np.ptp(windows.drive[0][own][:, [0, -1]][:, ends]) / np.ptp(time[own, ends])
-    orders = 2.0 * np.pi / (np.asarray(windows.periods) * speeds)
-    return np.column_stack([orders, orders * windows.radii[1] / windows.radii[0]])
 
 
 def _price(windows: Windows, causes: Sequence[Cause]) -> Array:

@@ -27,7 +27,7 @@ from gears3d.diagnosis.causes import (
     goes_by,
     price,
 )
-from gears3d.diagnosis.evidence import frequencies
+from gears3d.diagnosis.evidence import fluctuation_orders, frequencies
 from gears3d.diagnosis.path_candidates import (
     SCORED,
     Scatter,
@@ -57,7 +57,6 @@ from gears3d.diagnosis.path_fit import (
     effects_of,
     fall_of,
     fitted,
-    fluctuation_orders,
     gain_of,
     polished,
     referenced,

@@ -74,8 +74,15 @@ def test_compliant_teeth_are_found_that_a_wrong_backlash_hides():
 def test_a_torque_is_found_whose_absence_bends_the_motion_of_the_drive():
     """Corrections of the drive's readings stood for a part of it, and fits that began with them for another torque."""
     told = play(next(iter(cases("space", 579, 1))))
-    assert told["kinds_right"] == ["drag_coulomb"]
-    assert told["wrong_names"] == []
+    (one,) = told["causes"]
+    assert "drag_coulomb" in (one["kind"], *one["or"])  # others predict the same at one speed
+
+
+@pytest.mark.slow
+def test_no_cause_is_named_where_bounces_are_smaller_than_noise():
+    """Starts that suited a bent motion of the drive kept it bent, by 4.6 sigma: compliant teeth were named."""
+    told = play(next(iter(cases("space", 970, 1))))
+    assert told["causes"] == []
 
 
 @pytest.mark.slow

@@ -9,14 +9,13 @@ from scipy.integrate import solve_ivp
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.causes import Candidate, begin, candidates
 from gears3d.diagnosis.diagnosis import PARTED
-from gears3d.diagnosis.evidence import MEANS, means_of, read, shootable
+from gears3d.diagnosis.evidence import MEANS, fluctuation_orders, means_of, read, shootable
 from gears3d.diagnosis.path_candidates import fewer, scores_of
 from gears3d.diagnosis.path_fit import (
     WithoutNuisances,
     covariance_of,
     effects_of,
     fitted,
-    fluctuation_orders,
     polished,
     referenced,
     restore,
