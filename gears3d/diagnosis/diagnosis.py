@@ -241,7 +241,8 @@ class AlongPath(NamedTuple):
             known = self.path.unsure < UNSURE  # channels of the loose gear take the drive's measured motion as exact
             first = _distinguished_by_channels(found, self.path.causes, others, known)
             found = found._replace(fit=fit(found.records, found.base, first))
-            causes, spread = _numbers(found, self.path, first, in_own_channels(found, UNSEEN))
+            own = in_own_channels(found, UNSEEN)
+            causes, spread = _numbers(found, self.path, first, own, self.windows.pivot)
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])
         now = Fit(tuple(causes), float(rest @ rest), spread, rest)
         return found._replace(fit=now), [*others, *([] for _ in causes[len(others) :])]
@@ -387,7 +388,7 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
     if not path.causes and not (first := law_of_contact(longer, seen.candidates)):
         return windows, path  # errors of the drive's motion grow with the length as well
     again = path_search(longer, seen.candidates, lambda part: progress(0.5 + 0.5 * part), first)
-    return (longer, again) if again is not None and again.after < level else (windows, path)
+    return (longer, again) if again is not None and again.after < max(level, 1.0) else (windows, path)
 
 
 def along_path(
@@ -473,7 +474,9 @@ def _tested(found: Search, causes: Sequence[Cause], known: bool) -> Fit:
     return Fit(tuple(causes), float(drive @ drive), np.zeros((0, 0)), drive)
 
 
-def _numbers(found: Search, path: Path, first: Sequence[Cause], kept: Sequence[Cause]) -> tuple[list[Cause], Array]:
+def _numbers(
+    found: Search, path: Path, first: Sequence[Cause], kept: Sequence[Cause], pivot: float
+) -> tuple[list[Cause], Array]:
     """Return causes with the numbers of the trajectory, or their average with those of channels that are more precise.
 
     Args:
@@ -481,6 +484,7 @@ def _numbers(found: Search, path: Path, first: Sequence[Cause], kept: Sequence[C
         path: with its own causes.
         first: the same, or the hypothesis that channels prefer to one.
         kept: found in channels only.
+        pivot: mean speed of the loose gear [rad/s].
     """
     own = fit(found.records, found.base, [*first, *kept])
     theirs = covariance(found.records, own.causes) if own.causes else own.covariance
@@ -491,11 +495,10 @@ def _numbers(found: Search, path: Path, first: Sequence[Cause], kept: Sequence[C
         if cause.candidate.kind != before.candidate.kind:
             causes.append(other)
             continue
-        wide = np.max(path.widths[here], axis=None if cause.candidate.phased else 1)
-        mine, its = path.covariance[here, here] * np.outer(wide, wide), theirs[part, part]
+        mine, its = path.covariance[here, here] * np.max(path.widths[here]) ** 2, theirs[part, part]
         near = np.all(np.abs(cause.numbers - other.numbers) < 3.0 * np.sqrt(np.diag(mine + its)))
         if near and np.all(np.diag(its) < np.diag(mine)) and np.all(np.diag(its) > 0.0):
-            cause, factor = averaged(cause, mine, other, its)
+            cause, factor = averaged(cause, mine, other, its, pivot)
             spread[part, part] *= factor
         else:
             spread[part], spread[:, part] = 0.0, 0.0

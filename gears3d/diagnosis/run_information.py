@@ -23,6 +23,7 @@ from gears3d.diagnosis.causes import (
     candidates,
     contribution,
     goes_by,
+    moved,
     slopes_of,
     table,
     within_bounds,
@@ -132,7 +133,7 @@ def widths_of(windows: Windows, now: State, covariance: Array) -> Array:
     """Return factors on the standard deviation of each number, below and above, by the profile of chi-square, (p, 2).
 
     Far from its minimum chi-square is not quadratic: torques that keep the gear on its flank all fit equally. The
-    directions of an order are its amplitude and phase.
+    directions of an order are its amplitude and phase. The other numbers of the cause follow by their covariance.
     """
     made, at = [], 0
     for k, cause in enumerate(now.causes):
@@ -143,7 +144,8 @@ def widths_of(windows: Windows, now: State, covariance: Array) -> Array:
             cosine, sine = cause.numbers[:2] / max(float(np.hypot(*cause.numbers[:2])), 1e-300)
             ways[:2, :2] = [[cosine, sine], [-sine, cosine]]
         others = (*now.causes[:k], *now.causes[k + 1 :])
-        for way in ways * np.sqrt(np.einsum("ij,jk,ik->i", ways, own, ways))[:, None]:
+        sizes = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", ways, own, ways), 1e-300))
+        for way in ways @ own / sizes[:, None]:
             kept = cause.candidate.kind == SCATTER  # its size maximises the evidence, not the likelihood
             made.append([1.0, 1.0] if kept else [_width(windows, now, cause, others, by) for by in (-way, way)])
     restore(windows, now)
@@ -158,8 +160,9 @@ def _width(windows: Windows, now: State, cause: Cause, others: Sequence[Cause], 
         numbers = cause.numbers + SIGMAS * width * by
         if np.any(numbers != within_bounds(cause, numbers)):  # a rig cannot have it
             break
-        trial = (cause._replace(numbers=numbers), *others)
+        trial = (*moved([cause], SIGMAS * width * by, windows.pivot), *others)
         try:
+            effects_of([cause._replace(numbers=numbers)])
             fit = state_of(windows, trial, windows.residuals(effects_of(trial)))
         except InputError:  # a rig cannot have it
             break
@@ -208,20 +211,35 @@ def detectable(windows: Windows, known: Sequence[Candidate], found: State, covar
     return {kind: size for kind, size in {**sizes, **there}.items() if size < LARGEST and kind in kinds}
 
 
-def averaged(one: Cause, mine: Array, other: Cause, its: Array) -> tuple[Cause, float]:
+def averaged(one: Cause, mine: Array, other: Cause, its: Array, pivot: float) -> tuple[Cause, float]:
     """Return a cause with the average of its numbers and another's, and the factor on the covariance of the other.
 
-    Its variance is at least that of the other, and larger where they differ by more than their errors. Source:
-    Particle Data Group, Review of Particle Physics, 5.2.2 (scale factor).
+    The average is along the steps of :func:`moved`, in which torques are straight: coefficient and speed of a torque
+    over a difference of speeds may vary much while their product is known. Its variance is at least that of the other,
+    and larger where they differ by more than their errors. Source: Particle Data Group, Review of Particle Physics,
+    5.2.2 (scale factor).
 
-    mine, its: covariance of both [SI], (p, p).
+    mine, its: covariance of both [SI], (p, p); pivot: mean speed [rad/s].
     """
+    off, slopes = _steps_to(one, other, pivot)
+    back = np.linalg.pinv(slopes)
     units = np.outer(one.units, one.units)
-    first, second, off = mine / units, its / units, (other.numbers - one.numbers) / one.units
+    first, second = mine / units, back @ (its / units) @ back.T
     share = first @ np.linalg.pinv(first + second, hermitian=True)  # of the other
     scale = max(float(off @ np.linalg.pinv(first + second, hermitian=True) @ off) / len(off), 1.0)
     narrower = float(np.max(np.diag(share @ second) / np.diag(second)))
-    return one._replace(numbers=one.numbers + one.units * (share @ off)), max(scale * narrower, 1.0)
+    return moved([one], one.units * (share @ off), pivot)[0], max(scale * narrower, 1.0)
+
+
+def _steps_to(one: Cause, other: Cause, pivot: float) -> tuple[Array, Array]:
+    """Return the step of a cause to the numbers of another, (p,), and slopes of its numbers there, (p, p), in units."""
+    step, slopes = (other.numbers - one.numbers) / one.units, np.eye(len(one.numbers))
+    for _ in range(NEWTON):
+        ends = [moved([one], one.units * (step + by), pivot)[0].numbers for by in NEWTON_STEP * np.eye(len(step))]
+        made = moved([one], one.units * step, pivot)[0].numbers
+        slopes = (np.array(ends) - made).T / (NEWTON_STEP * one.units[:, None])
+        step = step + np.linalg.lstsq(slopes, (other.numbers - made) / one.units, rcond=1e-9)[0]
+    return step, slopes
 
 
 def _zeros(one: Evidence, effects: Sequence[object], own: Array) -> Array:
@@ -273,6 +291,8 @@ UNPLANNED = ("drive_motion", "mesh_friction", "restitution_scatter")
 DRAG, IMPACT, GEOMETRY = "drag_coulomb", "restitution_offset", "backlash_offset"
 # Information of runs, and the multiplicity of each.
 Parts = Sequence[tuple[Information, float]]
+# Newton steps from the numbers of a cause to those of another, and their step for slopes, in units.
+NEWTON, NEWTON_STEP = 6, 1e-6
 # Fraction of the information of a number, others known, below which it is not identifiable.
 NOTHING = 1e-9
 
