@@ -64,6 +64,7 @@ from gears3d.diagnosis.shooting import LONG, NOISE, Windows
 from gears3d.diagnosis.validity import (
     Against,
     against,
+    fitted_in,
     halves,
     level_in,
     own_scatter,
@@ -241,8 +242,7 @@ class AlongPath(NamedTuple):
             known = self.path.unsure < UNSURE  # channels of the loose gear take the drive's measured motion as exact
             first = _distinguished_by_channels(found, self.path.causes, others, known)
             found = found._replace(fit=fit(found.records, found.base, first))
-            own = in_own_channels(found, UNSEEN)
-            causes, spread = _numbers(found, self.path, first, own, self.windows.pivot)
+            causes, spread = _numbers(found, self.path, first, in_own_channels(found, UNSEEN), self.windows.pivot)
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])
         now = Fit(tuple(causes), float(rest @ rest), spread, rest)
         return found._replace(fit=now), [*others, *([] for _ in causes[len(others) :])]
@@ -380,10 +380,10 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
     longer = seen.longer()
     longer.zeros, longer.turned, longer.motion = windows.zeros.copy(), windows.turned.copy(), windows.motion
     level = level_in(longer, path.causes) if len(longer) else 0.0
-    predicts = level < NOISE * max(path.after, 1.0)  # no cause for less than noise
-    if predicts and not {one.candidate.kind for one in path.causes} & {OIL, SOFT}:
+    most = NOISE * max(path.after, 1.0)  # no cause for less than noise
+    if level < most and not {one.candidate.kind for one in path.causes} & {OIL, SOFT}:
         return windows, path
-    first = path.causes if predicts else ()
+    first = path.causes if level < most else fitted_in(longer, path.causes, most)
     longer = longer if first else seen.longer()  # datums of wrong causes are wrong
     if not path.causes and not (first := law_of_contact(longer, seen.candidates)):
         return windows, path  # errors of the drive's motion grow with the length as well

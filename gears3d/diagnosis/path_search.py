@@ -71,9 +71,9 @@ from gears3d.diagnosis.path_fit import (
     uncorrected,
     unrounded,
 )
-from gears3d.diagnosis.prediction import GEARS, restitution, unclipped
+from gears3d.diagnosis.prediction import GEARS, restitution
 from gears3d.diagnosis.preprocessing import order_of
-from gears3d.diagnosis.run_information import detectable, price_of, widths_of
+from gears3d.diagnosis.run_information import detectable, price_of, scatter_separated, widths_of
 from gears3d.diagnosis.search import Rival, is_same
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.diagnosis.shooting_kernels import slowed, torques_of
@@ -200,24 +200,7 @@ def path_search(
     )  # fmt: skip
     rows = [row for effect in effects_of(found.causes) for row in effect.rows(windows.values)]
     mean = float(restitution([*windows.base, *rows], windows.values.restitution, np.zeros(1), np.zeros(1))[0])
-    return _scatter_separated(made, mean)
-
-
-def _scatter_separated(path: Path, mean: float) -> Path:
-    """Return a path with the scatter of restitution, given its mean, as an attribute of its own, not as a cause."""
-    kinds = [one.candidate.kind for one in path.causes]
-    if SCATTER not in kinds:
-        return path
-    k = kinds.index(SCATTER)
-    at = sum(len(one.numbers) for one in path.causes[:k])
-    value, slope = unclipped(float(path.causes[k].numbers[0]), mean)
-    sigma = slope * float(np.sqrt(path.covariance[at, at]))
-    covariance = np.delete(np.delete(path.covariance, at, axis=0), at, axis=1)
-    return path._replace(
-        causes=path.causes[:k] + path.causes[k + 1 :], others=path.others[:k] + path.others[k + 1 :],
-        covariance=covariance, widths=np.delete(path.widths, at, axis=0), gains=np.delete(path.gains, k),
-        scatter=Scatter(value, sigma, float(path.gains[k]), 1.0, 0.0),
-    )  # fmt: skip
+    return scatter_separated(made, mean)
 
 
 def _opened(windows: Windows) -> State:
@@ -315,10 +298,19 @@ def _by_law(windows: Windows, known: Sequence[Candidate], base: State, found: St
 
 
 def _law_first(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State | None:
-    """Return the state of a search that begins with another law of contact; ``None`` without one."""
-    there = {one.candidate.kind for one in found.causes}
-    law = None if BODY in there else _with_law(windows, [one for one in known if one.kind not in there], base)
-    explained = there & {OIL, SOFT} and _far(windows, found.rest) <= ACCOUNTS  # by another law
+    """Return the state of a search that begins with another law of contact; ``None`` without one.
+
+    The law alone, or, where others hide it, with the other causes that were found with the first law.
+    """
+    there = [one.candidate.kind for one in found.causes]
+    own = [k for k, kind in enumerate(there) if kind in (OIL, SOFT)]
+    able = [one for one in known if one.kind not in there]
+    law = None if BODY in there else _with_law(windows, able, base)
+    if law is None and own:
+        restore(windows, found)
+        less = polished(windows, fitted(windows, _without(found, own[0])))
+        law = _with_law(windows, [one for one in able if one.kind in LAWS], less)
+    explained = own and _far(windows, found.rest) <= ACCOUNTS  # by another law
     if law is None or (explained and windows.usual(law.rest) > MOST_LEFT * windows.usual(base.rest)):
         return None  # not the main cause
     return _forward(windows, known, base, law, lambda part: None)
@@ -488,7 +480,7 @@ def _exchanged(
                         excluded += [whole] if len(one.causes) == len(found.causes) else []
                     else:
                         own.append(_whole(windows, found, few, one))
-            same = found._replace(causes=(*less[-1].causes, cause))
+            same = _with_last(found, k)
             able = [one for one in own if _is_accepted(windows, base, less[-1], one)]
             more = [_of_diverging(windows, known, base, one) for one in (able if left else ())]
             if grown := [one for one in more if one is not None]:  # shows a cause that this hypothesis hides
@@ -613,6 +605,10 @@ def _without(state: State, k: int) -> State:
     return state._replace(causes=state.causes[:k] + state.causes[k + 1 :])
 
 
+def _with_last(state: State, k: int) -> State:
+    return state._replace(causes=(*_without(state, k).causes, state.causes[k]))
+
+
 def _lean(windows: Windows, now: State) -> State:
     """Return a state without causes that the last one reduced to nothing."""
     for k in reversed(range(len(now.causes) - 1)):
@@ -631,7 +627,7 @@ def _backward(windows: Windows, base: State, now: State) -> State:
             continue
         restore(windows, now)
         less = polished(windows, fitted(windows, _without(now, k)), thorough=True)
-        if _is_accepted(windows, base, less, now._replace(causes=(*less.causes, now.causes[k]))):
+        if _is_accepted(windows, base, less, _with_last(now, k)):
             k += 1
         else:
             now, k = less, 0
@@ -645,7 +641,7 @@ def _passes_drop_one(windows: Windows, base: State, now: State, k: int) -> bool:
     if few is windows:
         return False
     less = polished(few, fitted(few, _without(first, k)), thorough=True)
-    return _is_accepted(few, _part(few, mine, base), less, first._replace(causes=(*less.causes, now.causes[k])))
+    return _is_accepted(few, _part(few, mine, base), less, _with_last(first, k))
 
 
 def _sampled(windows: Windows, now: State) -> tuple[Windows, Array, State]:

@@ -29,7 +29,7 @@ from gears3d.diagnosis.causes import (
     within_bounds,
 )
 from gears3d.diagnosis.evidence import Evidence, Paths, has_compliance, shootable
-from gears3d.diagnosis.path_candidates import scores_of
+from gears3d.diagnosis.path_candidates import Scatter, scores_of
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     LAWS,
@@ -49,7 +49,7 @@ from gears3d.diagnosis.path_fit import (
     settled,
     state_of,
 )
-from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals
+from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals, unclipped
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, delay_of, has_original_datum, preprocess, slopes_of_datums, turn
 from gears3d.diagnosis.search import given, occam
 from gears3d.diagnosis.shooting import MOST, Windows
@@ -171,6 +171,23 @@ def _width(windows: Windows, now: State, cause: Cause, others: Sequence[Cause], 
             return max(before[0] + (width - before[0]) * (SIGMAS - before[1]) / (rise - before[1]), 1.0)
         width, before = 2.0 * width, (width, float(rise))
     return width
+
+
+def scatter_separated(path: Any, mean: float) -> Any:
+    """Return a path with the scatter of restitution, given its mean, as an attribute of its own, not as a cause."""
+    kinds = [one.candidate.kind for one in path.causes]
+    if SCATTER not in kinds:
+        return path
+    k = kinds.index(SCATTER)
+    at = sum(len(one.numbers) for one in path.causes[:k])
+    value, slope = unclipped(float(path.causes[k].numbers[0]), mean)
+    sigma = slope * float(np.sqrt(path.covariance[at, at]))
+    covariance = np.delete(np.delete(path.covariance, at, axis=0), at, axis=1)
+    return path._replace(
+        causes=path.causes[:k] + path.causes[k + 1 :], others=path.others[:k] + path.others[k + 1 :],
+        covariance=covariance, widths=np.delete(path.widths, at, axis=0), gains=np.delete(path.gains, k),
+        scatter=Scatter(value, sigma, float(path.gains[k]), 1.0, 0.0),
+    )  # fmt: skip
 
 
 def prior_covariance(covariance: Array, causes: Sequence[Cause], pivot: float) -> Array:

@@ -161,6 +161,13 @@ def level_in(longer: Windows, causes: Sequence[Cause]) -> float:
     return longer.usual(rest)
 
 
+def fitted_in(longer: Windows, causes: Sequence[Cause], most: float) -> tuple[Cause, ...]:
+    """Return causes fitted to longer windows, where these leave at most a mean square of residuals; none otherwise."""
+    now = path_fit.state_of(longer, causes, longer.residuals(path_fit.effects_of(causes)))
+    now = path_fit.refitted(longer, now) if causes else now
+    return now.causes if longer.usual(now.rest) < most else ()
+
+
 class Against(NamedTuple):
     """Causes of the channel search, fitted to the trajectory.
 

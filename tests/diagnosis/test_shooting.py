@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gears3d.diagnosis import diagnose
+from gears3d.diagnosis import path_search as selection
 from gears3d.diagnosis.causes import Candidate, begin, candidates
 from gears3d.diagnosis.diagnosis import PARTED
 from gears3d.diagnosis.evidence import MEANS, fluctuation_orders, means_of, read, shootable
@@ -862,3 +863,27 @@ def test_means_of_readings_across_impacts_are_those_of_a_bouncing_ball(size):
     read(path, pace, flanks, events, counts, *seen, made)
     assert count == size
     assert np.abs(made - place).max() < (2e-3 if size > MEANS else 1e-5)
+
+
+def test_a_drop_one_test_uses_the_numbers_of_the_fit_with_the_cause(short, monkeypatch):
+    """Numbers that the others take without it may be of no rig: a torque that stands for a film drives the gear."""
+    effects = [catalogue()["drag_viscous"](coefficient=0.03), catalogue()["restitution_offset"](offset=-0.1)]
+    windows, _ = shot(short, effects)
+    known = {one.kind: one for one in known_of(short, windows)}
+    causes = [begin(known[one.kind], np.array([size / known[one.kind].unit])) for one, size in
+              zip(effects, (0.03, -0.1), strict=True)]  # fmt: skip
+    base = polished(windows, state_of(windows, (), windows.residuals(())))
+    windows.restart(effects, anew=True)
+    now = fitted(windows, state_of(windows, causes, windows.residuals(effects)))
+
+    def driving(windows, state, *, thorough=False):
+        viscous = [one.candidate.kind == "drag_viscous" for one in state.causes]
+        numbers = [np.array([-1.0]) if own else one.numbers for own, one in zip(viscous, state.causes, strict=True)]
+        return state._replace(
+            causes=tuple(one._replace(numbers=own) for own, one in zip(numbers, state.causes, strict=True))
+        )
+
+    monkeypatch.setattr(selection, "polished", driving)
+    assert [one.candidate.kind for one in selection._backward(windows, base, now).causes] == [
+        "drag_viscous", "restitution_offset",
+    ]  # fmt: skip
