@@ -75,7 +75,9 @@ def test_a_torque_is_found_whose_absence_bends_the_motion_of_the_drive():
     """Corrections of the drive's readings stood for a part of it, and fits that began with them for another torque."""
     told = play(next(iter(cases("space", 579, 1))))
     (one,) = told["causes"]
-    assert "drag_coulomb" in (one["kind"], *one["or"])  # others predict the same at one speed
+    named = {one["kind"], *one["or"]}  # torques over the speed predict the same at one speed
+    assert "drag_coulomb" in named
+    assert named <= {"drag_coulomb", "drag_viscous", "drag_power", "drag_differential", "drag_drift"}
 
 
 @pytest.mark.slow
