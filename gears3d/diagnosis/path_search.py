@@ -91,8 +91,8 @@ EVEN = 0.4
 # difference of an order and a multiple of the fluctuation's below which both coincide.
 FEWEST, FITTED_DIVERGING, LOCKED = 5, 2, 0.003
 # Least ratio of mean squares without and with a scatter, whose kicks also explain errors that are correlated over a
-# flight: those of a coarse encoder gave 1.05 in a rig without one, scatters 1.7 and more (space, 458 to 567).
-BEYOND = 1.2
+# flight: coarse encoders gave up to 1.06 in rigs without one, scatters 1.14 and more (space, 458 to 567, 1000, 1056).
+BEYOND = 1.1
 # Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most.
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
 # Candidates that are fitted in a forward step, and with a law of contact, where a run takes several times as long.
@@ -415,9 +415,9 @@ def _forward(
             alone = sized(few, known, first, root) if alone is None else alone  # a law may replace several causes
             laws = alone + (sized(few, known, first, first) if now.causes else [])
             tries += [one for law in laws if law.gain > least for one in law.fitted(few)]
-        tries += scattering(few, known, first, enough)
+        tries += [one for one in scattering(few, known, first, enough) if _kicks(few, first, one)]
         if tries:
-            tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
+            tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries, _excludes)[1]]
         best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
         best = best or _of_diverging(windows, known, base, now)
         if best is None and windows.usual(now.rest) > NOISE:
@@ -540,11 +540,14 @@ def _is_significant(windows: Windows, base: State, less: State, more: State) -> 
     sure = max(sure, agreement_of_diverging(windows, less, more))
     if gain <= ACCEPT_PATH or sure <= min(STEADY, EVEN * float(np.sqrt(gain))):
         return False
-    if more.causes[-1].candidate.kind == SCATTER:
-        before, after = (float(np.mean(windows.level(one.rest))) for one in (less, more))
-        if before < BEYOND * after:
-            return False
-    return windows.usual(more.rest) < NOISE or gain > MODEL_ERROR * gain_of(windows, base, more)[0]
+    able = windows.usual(more.rest) < NOISE or gain > MODEL_ERROR * gain_of(windows, base, more)[0]
+    return able and (more.causes[-1].candidate.kind != SCATTER or _kicks(windows, less, more))
+
+
+def _kicks(windows: Windows, less: State, more: State) -> bool:
+    """Return whether a scatter explains more than correlated errors would let it."""
+    before, after = (float(np.mean(windows.level(one.rest))) for one in (less, more))
+    return before >= BEYOND * after
 
 
 def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | None:
@@ -676,14 +679,16 @@ def _whole(windows: Windows, now: State, few: Windows, one: State) -> State:
     return polished(windows, fitted(windows, state_of(windows, one.causes, windows.residuals(effects))), thorough=True)
 
 
-def _not_excluded(windows: Windows, now: State, tries: Sequence[State]) -> tuple[State, list[State]]:
-    """Return the best of states, and those that it does not exclude."""
+def _not_excluded(
+    windows: Windows, now: State, tries: Sequence[State], worse: Callable[..., bool] = _is_worse
+) -> tuple[State, list[State]]:
+    """Return the best of states, and those that it does not exclude, as they are not worse by the stated test."""
     best = tries[0]
     for one in tries[1:]:
         if gain_of(windows, best, one)[0] > 0.0:
             best = one
     least = _least(windows, gain_of(windows, now, best)[0], best.rest)
-    return best, [one for one in tries if one is best or not _is_worse(windows, one, best, least)]
+    return best, [one for one in tries if one is best or not worse(windows, one, best, least)]
 
 
 def _tries(

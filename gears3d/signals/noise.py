@@ -233,18 +233,22 @@ def count_of(angle: np.ndarray) -> float | None:
     """
     angle = angle[:_MOST]
     rounding = 1e-12 * float(np.abs(angle).max(initial=0.0)) + 1e-300
-    changes = np.sort(np.abs(np.diff(angle)))
-    steps = np.diff(changes)
+    every = np.sort(np.abs(np.diff(angle)))
+    changes = every[every > rounding]  # readings may repeat
+    steps = np.diff(every)
     steps = steps[steps > rounding]
     if not steps.size or (count := float(steps.min())) < 20.0 * rounding:
         return None
     error = rounding  # of the count; the sum of many counts is rounded least, and says how many more are in a change
-    for values in (changes - changes[0], changes, changes):
+    exact = 4.0 * np.finfo(float).eps * float(np.abs(angle).max())
+    for values in (np.abs(changes - changes[len(changes) // 2]), changes, changes):
         whole = np.round(values / count)
         close = whole <= 0.1 * count / error
         if (most := float(whole[close].max(initial=0.0))) < 1.0:
             return None
-        count, error = float(values[close].sum() / whole[close].sum()), rounding / most
+        count = float(values[close].sum() / whole[close].sum())
+        seen = float(np.abs(values - whole * count)[close].max())  # often less rounding than is admitted
+        error = min(rounding, seen + exact) / most
         if count < 20.0 * rounding:
             return None
     off = np.abs(changes / count - np.round(changes / count))

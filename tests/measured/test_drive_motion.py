@@ -139,6 +139,15 @@ def test_a_multiple_of_the_fluctuation_is_found_below_a_count(noise):
     assert small.amplitude == pytest.approx(2e-5 * 2.0 * np.pi * 80.0, rel=0.2)
 
 
+def test_counts_of_which_thousands_pass_in_a_sample_make_no_harmonics():
+    # steps of 2033 to 2035 counts: lines of rounding, 0.04 counts each, were harmonics of 2 % of the drive's speed
+    count, time = 2.0 * pi / 2_403_497, np.arange(0.0, 2.0, 1.0 / 87_360.8)
+    angle = 64.9 + angle_of(time, 464.43, [(0.1152, 443.497, 0.0)])
+    (one,) = motion_of(read_encoder(time, np.floor(angle / count) * count)).harmonics
+    assert one.frequency == pytest.approx(443.497, rel=1e-6)
+    assert one.amplitude == pytest.approx(0.1152, rel=1e-3)
+
+
 def test_held_readings_make_no_lines_of_their_own():
     found = drive_motion(*swinging(2e-4, held=7)).harmonics
     assert found[0].frequency == pytest.approx(40.0, abs=0.01)

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gears3d.signals import (
+    count_of,
     describe,
     durations,
     impacts_per_period,
@@ -217,3 +218,21 @@ def test_held_readings_are_not_counts():
     seen = seen[np.maximum.accumulate(np.where(fresh, rows, 0))]
     found = quantum(seen - seen[0])
     assert found is None or found < 1.5 * count
+
+
+@given(
+    turn=st.integers(10_000, 4_000_000), passed=st.floats(100.0, 5000.0), swing=st.floats(1.0, 500.0),
+    held=st.sampled_from([1, 2]), first=st.floats(-1000.0, 1000.0),
+)  # fmt: skip
+def test_counts_show_where_thousands_pass_in_every_sample(turn, passed, swing, held, first):
+    rows = np.arange(20_000)
+    counts = np.floor(passed * rows + swing * np.sin(0.07 * rows))[rows // held * held]  # readings may repeat
+    angle = (round(first * turn / (2.0 * np.pi)) + counts) * 2.0 * np.pi / turn
+    assert 2.0 * np.pi / count_of(angle) == pytest.approx(turn, rel=1e-6)
+
+
+@given(passed=st.floats(100.0, 5000.0), noise=st.floats(0.01, 10.0))
+def test_smooth_angles_have_no_counts_however_fast(passed, noise):
+    rows = np.arange(20_000)
+    angle = 2e-6 * (passed * rows + np.random.default_rng(3).normal(0.0, noise, len(rows)))
+    assert count_of(angle) is None
