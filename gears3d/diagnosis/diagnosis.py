@@ -709,16 +709,16 @@ def _by_path(
     ]
     patterns = scatter_patterns(whole.path.deviations, highest)
     left = [*patterns, *whole.left]
-    accepted = split_accepted(found, others, None if patterns else whole.path.scatter, None, rig, notes, whole.path)
+    known = sorted(found.records + (whole.others if whole.records else []), key=lambda x: whole.names.index(x.name))
+    spread = None if patterns else whole.path.scatter
+    accepted = split_accepted(found, others, spread, None, rig, notes, whole.path, known)
     found, causes = accepted.found, accepted.causes
     tell("predicting held-out records", 0.9)
-    held = whole.held(found)
-    solid, proposed = _further(found, accepted.others, tell, bodies, runs)
-    limits, known = whole.limits, found.records + (whole.others if whole.records else [])
+    held, (solid, proposed) = whole.held(found), _further(found, accepted.others, tell, bodies, runs)
     stated = (*accepted.notes, *phase_notes(causes), *tooth_notes(found.records))
-    verdict = classify(causes, left, limits) if accepted.decides else "not_decidable"
+    verdict = classify(causes, left, whole.limits) if accepted.decides else "not_decidable"
     tell("done", 1.0)
-    return Diagnosis(verdict, causes, tuple(left), held, limits, _extended(rig, causes),
+    return Diagnosis(verdict, causes, tuple(left), held, whole.limits, _extended(rig, causes),
                      tuple(record_contributions(known)), _findings(admitted), found, accepted.others, stated,
                      accepted.suspects, solid, runs=proposed, zeros=whole.zeros)  # fmt: skip
 

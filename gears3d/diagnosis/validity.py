@@ -90,10 +90,14 @@ def split_accepted(
     rig: Scenario,
     notes: Sequence[Note],
     path: Path | None = None,
+    known: Sequence[Evidence] = (),
 ) -> Accepted:
-    """Separate the causes that records and rig support from those that they do not."""
+    """Separate the causes that records and rig support from those that they do not.
+
+    known: all records, in sequence, of which one is the reference of phases.
+    """
     additional = reported_in_addition(scatter, short)
-    named = sorted([*name_causes(found, others, path), *additional], key=lambda one: -one.gain)
+    named = sorted([*name_causes(found, others, path, known), *additional], key=lambda one: -one.gain)
     weak = _insufficient(found) if path is None else [None] * len(found.fit.causes)
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
     stated = [

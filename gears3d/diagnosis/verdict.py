@@ -124,8 +124,18 @@ def fixed_parameter(effect: Any, name: str, written: Any) -> Any:
     return {"value": float(getattr(effect, name)), "unit": FAMILIES[family].si, "ci95": None}
 
 
-def name_causes(found: Search, others: list[list[Rival]], path: Path | None = None) -> list[Named]:
-    """Return the reported causes of a search, largest gain first."""
+def name_causes(
+    found: Search, others: list[list[Rival]], path: Path | None = None, records: Sequence[Evidence] = ()
+) -> list[Named]:
+    """Return the reported causes of a search, largest gain first.
+
+    Args:
+        found: the search.
+        others: competing hypotheses of each cause.
+        path: with the covariance and the gains, if the causes come from it.
+        records: in sequence, also those that were not segmented, of which one is the reference of phases.
+    """
+    records = records or found.records
     now, at, named = found.fit, 0, []
     known = covariance(found.records, now.causes) if now.causes and path is None else now.covariance
     for k, cause in enumerate(now.causes):
@@ -146,8 +156,8 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
         excluded = tuple(excluded_hypothesis(one) for one, is_able in zip(others[k], able, strict=True) if not is_able)
         wide = None if path is None else path.widths_of(cause)
         numbers = parameters(cause, known[own, own], _unsure(found.records, cause), wide)
-        written, zero = table(effect, numbers), reference_record(found.records, effect)
-        if zero and zero != found.records[0].name:
+        written, zero = table(effect, numbers), reference_record(records, effect)
+        if zero and zero != records[0].name:
             numbers.pop("phase", None)
         named.append(
             Named(effect.kind, effect.place, numbers, text, gain, alternatives, effect, written, excluded, zero,

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, preprocess
-from gears3d.diagnosis.causes import Candidate, candidates, gear_of, regressors_of
+from gears3d.diagnosis.causes import Candidate, begin, candidates, fit, gear_of, regressors_of
 from gears3d.diagnosis.preprocessing import moved, one_size, single_tooth, turn
-from gears3d.diagnosis.search import TOOTH_GAIN
+from gears3d.diagnosis.search import TOOTH_GAIN, given
+from gears3d.diagnosis.verdict import name_causes
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
@@ -114,6 +115,17 @@ def test_a_cause_by_angle_is_named_with_its_size_and_its_phase_in_the_first_reco
     assert cause["phase_from"].endswith("record-1.parquet")
     assert any(note.kind == "zeros-arbitrary" and "record-1" in note.record for note in found.notes)
     assert "# phase and tooth number count from the first angle of record-1.parquet" in extended_text(found)
+
+
+def test_phases_count_from_the_first_record_also_where_that_is_not_segmented(record):
+    first, second = replace(record, name="record-1"), turn(replace(record, name="record-2"), 0.3, -0.2)
+    known = candidates(record.scenario.rig(), 3.0, 3)
+    cause = begin(next(one for one in known if one.kind == "drag_position"), np.array([0.1, 0.05]))
+    found = given([second], [cause], ())
+    found = found._replace(fit=fit(found.records, found.base, [cause]))
+    (named,) = name_causes(found, [[]], records=[first, second])
+    assert named.zero == "record-1"
+    assert "phase" in named.parameters
 
 
 def test_phases_cost_freedom(record):
