@@ -81,8 +81,7 @@ from gears3d.effects import Code, SensorEffect
 from gears3d.errors import InputError
 
 Array = np.ndarray
-# Significance of a fall of chi-square over windows, in standard errors; a window counts for no more than excludes a
-# cause. Gains in 14 windows of 100 reach it.
+# Significance of a fall of chi-square over windows, in standard errors: gains in 14 windows of 100 reach it.
 STEADY = 4.0
 # The same of small falls, over the root of the fall: 0.5 where all windows gain equally. It was 0.45 of a restitution
 # in a rig of the blind benchmark (space3, 4); no cause is named in nine rigs without one.
@@ -103,8 +102,7 @@ SAME, LEFT = 0.01, 0.25
 # that a second body may leave to be the first cause.
 APART, MOST_LEFT = 3.0, 0.25
 # Increasing parts of windows, from their beginning, in which causes are selected; residuals in backlashes up to which
-# sensitivities are valid, and from which on, with all causes, the record is of another rig; quantile of windows for
-# both.
+# sensitivities are valid, and from which on, with all causes, the record is of another rig; their quantile.
 BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
 
 
@@ -212,7 +210,7 @@ def _selected(windows: Windows, known: Sequence[Candidate], base: State, progres
     """Return a state with causes selected forward, as long as they gain.
 
     Where residuals are too large for sensitivities, causes are first selected in the beginnings of windows. Where
-    flights oscillate, or other causes do not explain the beginnings, a second body is fitted first.
+    flights oscillate, or other causes do not explain the beginnings, a second body is fitted first, or a scatter.
     """
     turns = frequencies(windows) if any(one.kind == BODY for one in known) else []
     now, done, tried = base, 0.0, bool(turns)
@@ -234,6 +232,8 @@ def _selected(windows: Windows, known: Sequence[Candidate], base: State, progres
                 now = base
                 break
             now = whole if found.causes else now
+    if any(one.candidate.kind == BODY for one in now.causes) and _far(windows, now.rest) > ACCOUNTS:
+        now = min([now, *scattering(windows, known, base, ACCEPT_PATH)], key=lambda one: _far(windows, one.rest))
     return _forward(windows, known, base, _backward(windows, base, now), progress, exact=True)
 
 
