@@ -711,7 +711,7 @@ def _by_path(
     left = [*patterns, *whole.left]
     known = sorted(found.records + (whole.others if whole.records else []), key=lambda x: whole.names.index(x.name))
     spread = None if patterns else whole.path.scatter
-    accepted = split_accepted(found, others, spread, None, rig, notes, whole.path, known)
+    accepted = split_accepted(found, others, spread, None, rig, notes, whole.path, known, whole.windows)
     found, causes = accepted.found, accepted.causes
     tell("predicting held-out records", 0.9)
     held, (solid, proposed) = whole.held(found), _further(found, accepted.others, tell, bodies, runs)

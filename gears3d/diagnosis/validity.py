@@ -23,8 +23,9 @@ from gears3d.diagnosis.preprocessing import Note, moved, turn
 from gears3d.diagnosis.residual_patterns import Structure, bin_pattern, channel_of
 from gears3d.diagnosis.residual_tests import FALSE_ALARM, are_coarse, restitution_patterns, single_record_note
 from gears3d.diagnosis.search import directions
+from gears3d.diagnosis.shooting import at_rest
 from gears3d.diagnosis.verdict import SAME_SPEED, Named, cause_notes, name_causes, reported_in_addition, speed_notes
-from gears3d.effects import Code, SensorEffect
+from gears3d.effects import Code, SensorEffect, catalogue
 from gears3d.errors import EngineError, Fault, InputError
 from gears3d.lumped.pickup import Start, pick_up
 from gears3d.lumped.rigid import tooth
@@ -50,6 +51,9 @@ Array = np.ndarray
 FEWEST_PERIODS = 3.0
 # Minimum number of flights, or impacts, for torques, or restitution, as causes.
 FEWEST_EVENTS = 8
+# Multiple of the drag torque that keeps any gear of the operating space on its flank; quantiles of windows, and ratio
+# of their residuals with it and without up to which it explains them as well.
+HELD, MOST_WINDOWS, AS_WELL = 30.0, (0.5, 0.8), 1.1
 # Minimum number of periods of an order, or revolutions of a tooth, in one record.
 FEWEST_REVOLUTIONS = 2.0
 EVENTS_OF = {"torque": "flights", "impact": "impacts"}
@@ -91,14 +95,15 @@ def split_accepted(
     notes: Sequence[Note],
     path: Path | None = None,
     known: Sequence[Evidence] = (),
+    windows: Windows | None = None,
 ) -> Accepted:
     """Separate the causes that records and rig support from those that they do not.
 
-    known: all records, in sequence, of which one is the reference of phases.
+    path: with the causes; known: all records, in sequence: one is the reference of phases; windows: of the path.
     """
     additional = reported_in_addition(scatter, short)
     named = sorted([*name_causes(found, others, path, known), *additional], key=lambda one: -one.gain)
-    weak = _insufficient(found) if path is None else [None] * len(found.fit.causes)
+    weak = _insufficient(found) if windows is None else _unbounded(windows, found.fit.causes)
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
     stated = [
         *notes,
@@ -284,6 +289,29 @@ def _insufficient(found: Search) -> list[Note | None]:
         for k, why in zip(stays, anew, strict=True):
             weak[k] = why
     return weak
+
+
+def _unbounded(windows: Windows, causes: Sequence[Cause]) -> list[Note | None]:
+    """Return why the trajectory does not determine each cause, ``None`` where it does.
+
+    Of a gear that stays in contact throughout, it shows only that some torque is large enough for that.
+    """
+    torques = [one.effect is not None and one.effect.place == "torque" for one in causes]
+    weak: list[Note | None] = [None] * len(causes)
+    if not any(torques) or any(one.candidate.kind in LAWS for one in causes):
+        return weak
+    held = catalogue()["drag_coulomb"](torque=HELD * windows.values.drag_torque)
+    effects, none = path_fit.effects_of(causes), np.zeros(len(windows))
+    free = windows.level(windows.residuals(effects))
+    still = windows.level(windows.residuals([*effects, held], at_rest(none, none, 1)))
+    if np.any(np.quantile(still, MOST_WINDOWS) > AS_WELL * np.quantile(free, MOST_WINDOWS)):
+        return weak
+    text = "the gears stay in contact throughout: any torque that is large enough for that explains the records as well"
+    remedy = "increase the fluctuation of the drive: `gears3d excitation` prints the threshold"
+    return [
+        Note("few-events", f"{one.candidate.kind}: {text}", remedy) if own else None
+        for one, own in zip(causes, torques, strict=True)
+    ]
 
 
 def _with_some(found: Search, stays: Sequence[bool]) -> Search:

@@ -139,6 +139,14 @@ def test_a_restitution_is_found_that_others_hide(seed, kind):
 
 
 @pytest.mark.slow
+def test_no_torque_is_named_of_a_gear_that_stays_in_contact():
+    """A mesh drag keeps it there; a Coulomb drag, a drift and any larger torque do as well."""
+    told = play(next(iter(cases("space", 1073, 1))))
+    assert told["verdict"] == "not_decidable"
+    assert told["causes"] == []
+
+
+@pytest.mark.slow
 def test_teeth_that_hold_a_gear_off_its_datum_are_no_transmission_error():
     """It oscillates on one flank; the datum of rigid flanks, its lowest place, is off by half of the backlash."""
     told = play(next(iter(cases("space", 752, 1))))
