@@ -264,16 +264,16 @@ def _of_part(
 def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> tuple[State, State]:
     """Return the states without and with causes, with 1/f noise that is not confounded with scattering restitution.
 
-    Kicks of impacts explain 1/f noise as well. It is estimated from the residuals without them, then from those of all
-    causes.
+    Kicks explain 1/f noise as well: it is estimated without them, unless only they leave noise, then with all causes.
     """
     for kicked in (False, True):
         if not any(one.candidate.kind == SCATTER for one in found.causes):
             break
         restore(windows, found)
         causes = [one for one in found.causes if kicked or one.candidate.kind != SCATTER]
-        rest = windows.residuals(effects_of(causes))
-        less = polished(windows, fitted(windows, state_of(windows, causes, rest)))
+        less = polished(windows, fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes)))))
+        if not kicked and windows.usual(found.rest) < NOISE < ACCOUNTS < windows.usual(less.rest):
+            continue
         if not windows.coloured(effects_of(less.causes)):
             break
         base, found = _without_causes(windows, found), refitted(windows, found)

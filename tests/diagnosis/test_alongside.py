@@ -139,6 +139,14 @@ def test_a_restitution_is_found_that_others_hide(seed, kind):
 
 
 @pytest.mark.slow
+def test_a_delay_is_found_next_to_a_scatter_of_restitution():
+    """1/f noise that was estimated from rebounds of unknown speed hid it."""
+    told = play(next(iter(cases("space2", 443, 1))))
+    assert told["kinds_right"] == ["encoder_skew", "restitution_scatter"]
+    assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
 def test_no_torque_is_named_of_a_gear_that_stays_in_contact():
     """A mesh drag keeps it there; a Coulomb drag, a drift and any larger torque do as well."""
     told = play(next(iter(cases("space", 1073, 1))))
