@@ -191,9 +191,9 @@ def scatter_separated(path: Any, mean: float) -> Any:
 
 
 def prior_covariance(covariance: Array, causes: Sequence[Cause], pivot: float) -> Array:
-    """Return the covariance of numbers [SI] in their units, of a power law by its torque at a speed, (p, p).
+    """Return the covariance of numbers [SI] in their units, of torques of two numbers by the torque at a speed, (p, p).
 
-    pivot: the speed [rad/s]; a coefficient of another exponent has another unit, and depends on the exponent.
+    pivot: the speed [rad/s]; a coefficient depends on the exponent, which determines its unit, or the other speed.
     """
     to, at = np.diag(1.0 / np.concatenate([np.zeros(0), *(one.units for one in causes)])), 0
     for one in causes:
@@ -201,6 +201,9 @@ def prior_covariance(covariance: Array, causes: Sequence[Cause], pivot: float) -
             power = float(np.exp(one.numbers[1]))
             to[at, at] *= pivot ** (power - one.candidate.shape["exponent"])
             to[at, at + 1] = to[at, at] * one.numbers[0] * np.log(pivot) * power
+        if one.candidate.kind == "drag_differential" and one.free:
+            unit = one.candidate.unit * abs(pivot - one.candidate.shape["shaft_speed"])  # the drag torque
+            to[at, at : at + 2] = (pivot - one.numbers[1]) / unit, -one.numbers[0] / unit
         at += len(one.numbers)
     return to @ covariance @ to.T
 

@@ -99,6 +99,22 @@ def test_a_power_law_costs_what_its_torque_and_exponent_are_known_by(exponent: f
     assert prior_covariance(known, [cause], pivot) == pytest.approx(np.diag([sigma**2, spread**2]), abs=1e-9)
 
 
+@pytest.mark.parametrize("shaft", [-5000.0, 0.0, 150.0])
+def test_a_torque_over_a_difference_of_speeds_costs_what_its_torque_is_known_by(shaft: float) -> None:
+    """Whatever the speed of the shaft, which one mean speed does not determine: a far one had cost 54 more."""
+    candidate = next(one for one in candidates(load(RIG).rig(), 10.0, 8) if one.kind == "drag_differential")
+    pivot, torque, sigma, spread = 200.0, 0.4, 0.02, 900.0
+    unit = candidate.unit * abs(pivot - candidate.shape["shaft_speed"])
+    cause = begin(candidate, np.array([torque]))
+    cause = cause._replace(numbers=np.array([torque * unit / (pivot - shaft), shaft]))
+    per_torque, slope = unit / (pivot - shaft), cause.numbers[0] / (pivot - shaft)
+    known = np.array(
+        [[(sigma * per_torque) ** 2 + (slope * spread) ** 2, slope * spread**2], [slope * spread**2, spread**2]]
+    )
+    expected = np.diag([sigma**2, (spread / abs(candidate.shape["shaft_speed"])) ** 2])
+    assert prior_covariance(known, [cause], pivot) == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
 def _price(columns: np.ndarray) -> float:
     """Return the price of the numbers of some columns whose sizes are drawn with a standard deviation of ``SIZE``."""
     return occam(np.linalg.inv(columns.T @ columns), np.full(columns.shape[1], SIZE / PRIOR))
