@@ -120,8 +120,15 @@ def splits(records: Sequence[Evidence], causes: Sequence[Cause]) -> list[Split]:
 
 
 def heldout_parts(records: Sequence[Evidence]) -> list[Evidence]:
-    """Return the parts that are held out in turn: whole records, or stretches of one or two."""
-    return list(records) if len(records) > 2 else [part for one in records for part in _stretches(one)]
+    """Return the parts that are held out in turn: records with events, or stretches of one or two; none of one part."""
+    full = [one for one in records if _has_events(one)]
+    if len(full) <= 2:
+        full = [part for one in full for part in _stretches(one) if _has_events(part)]
+    return full if len(full) > 1 else []
+
+
+def _has_events(one: Evidence) -> bool:
+    return any(len(rest) for rest in residuals(one).values())
 
 
 def worth(held: Evidence, before: dict[str, Array], after: dict[str, Array]) -> Split:

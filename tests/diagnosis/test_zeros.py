@@ -9,6 +9,7 @@ import pytest
 from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, preprocess
 from gears3d.diagnosis.causes import Candidate, begin, candidates, fit, gear_of, regressors_of
 from gears3d.diagnosis.preprocessing import moved, one_size, single_tooth, turn
+from gears3d.diagnosis.residual_tests import splits
 from gears3d.diagnosis.search import TOOTH_GAIN, given
 from gears3d.diagnosis.verdict import name_causes
 from gears3d.effects import catalogue
@@ -126,6 +127,20 @@ def test_phases_count_from_the_first_record_also_where_that_is_not_segmented(rec
     (named,) = name_causes(found, [[]], records=[first, second])
     assert named.zero == "record-1"
     assert "phase" in named.parameters
+
+
+def test_a_record_without_events_is_not_held_out(record):
+    seen = record.channels
+    tables = {name: getattr(seen, name) for name in ("flights", "contacts", "impacts", "losses")}
+    none = {name: type(table)(*(column[:0] for column in table)) for name, table in tables.items()}
+    none["drive"] = seen.drive._replace(time=seen.drive.time[:0], angle=seen.drive.angle[:0])
+    fine = tuple(column[:0] for column in record.fine)
+    still = replace(record, name="still", channels=seen._replace(**none), fine=fine, at=record.at[:0])
+    cause = begin(next(one for one in candidates(record.scenario.rig(), 3.0, 3) if one.kind == "drag_coulomb"), [0.1])
+    held = splits([record, record, record, still], [cause])
+    assert len(held) == 3
+    assert all(np.isfinite([one.base, one.extended, one.noise]).all() for one in held)
+    assert splits([still], [cause]) == []
 
 
 def test_phases_cost_freedom(record):
