@@ -778,7 +778,8 @@ def covariance_of(windows: Windows, now: State) -> Array:
     weight, away = windows.weights(along.rest), nuisances(along)
     own = away(np.array([one * weight for one in columns_of(along, now.causes)])).T
     rest = away.residuals(now.rest * weight)
-    size = np.where((size := np.linalg.norm(own, axis=0)) > 0.0, size, 1.0)  # units differ by orders of magnitude
+    size = np.linalg.norm(own, axis=0)  # units differ by orders of magnitude
+    size[size == 0.0] = 1.0
     inverse = np.linalg.pinv((own / size).T @ (own / size)) / np.outer(size, size)
     level = max(float(rest @ rest) / max(len(rest) - own.shape[1] - 2 * len(windows), 1), 1.0)
     every, count = windows.every[: len(now.rest)], len(now.rest)
