@@ -154,7 +154,7 @@ def test_a_block_that_was_torn_is_run_again(plan, tmp_path):
 
 
 def test_an_interrupt_amid_compiled_code_is_raised_where_one_waits_for_it(tmp_path):
-    long = make_plan(RIG, [f"{AMPLITUDE}=5..20 rpm log 40"], measures=["regime"], periods=20000, settle=3)
+    long = make_plan(RIG, [f"{AMPLITUDE}=5..20 rpm log 40"], measures=["regime"], periods=2_000_000, settle=3)
 
     def stop(done):
         if done > 2:
