@@ -77,7 +77,7 @@ def test_a_torque_is_found_whose_absence_bends_the_motion_of_the_drive():
     (one,) = told["causes"]
     named = {one["kind"], *one["or"]}  # torques over the speed predict the same at one speed
     assert "drag_coulomb" in named
-    assert named <= {"drag_coulomb", "drag_viscous", "drag_power", "drag_differential", "drag_drift"}
+    assert named <= {"drag_coulomb", "drag_viscous", "drag_power", "drag_differential"}
 
 
 @pytest.mark.slow

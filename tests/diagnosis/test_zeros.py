@@ -10,7 +10,7 @@ from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, preproce
 from gears3d.diagnosis.causes import Candidate, begin, candidates, fit, gear_of, regressors_of
 from gears3d.diagnosis.preprocessing import moved, one_size, single_tooth, turn
 from gears3d.diagnosis.residual_tests import splits
-from gears3d.diagnosis.search import TOOTH_GAIN, given
+from gears3d.diagnosis.search import TOOTH_GAIN, Rival, given
 from gears3d.diagnosis.verdict import name_causes
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
@@ -127,6 +127,23 @@ def test_phases_count_from_the_first_record_also_where_that_is_not_segmented(rec
     (named,) = name_causes(found, [[]], records=[first, second])
     assert named.zero == "record-1"
     assert "phase" in named.parameters
+
+
+@pytest.mark.parametrize(("time_constant", "is_open"), [(0.1, False), (0.3, True)])
+def test_a_drift_that_ends_before_records_show_it_is_no_alternative(record, time_constant, is_open):
+    """What is left of it is a constant torque: six sets of torques had it as their fifth."""
+    known = candidates(record.scenario.rig(), 3.0, 3)
+    cause, drift = (
+        begin(next(one for one in known if one.kind == kind), np.array([0.1]))
+        for kind in ("drag_coulomb", "drag_drift")
+    )
+    drift = drift._replace(numbers=np.array([drift.numbers[0], np.log(time_constant)]))
+    found = given([record], [cause], ())
+    (named,) = name_causes(found, [[Rival((drift,), 1.0, excluded=False, deviance=1.0)]])
+    told = named.alternatives if is_open else named.excluded
+    assert [one["kind"] for one in told] == ["drag_drift"]
+    assert (named.options[1].probability > 0.1) == is_open
+    assert sum(one.probability for one in named.options) == pytest.approx(1.0)
 
 
 def test_a_record_without_events_is_not_held_out(record):
