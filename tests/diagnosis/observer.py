@@ -98,7 +98,10 @@ def _true(windows: Windows, causes: Sequence[Cause], zeros: Array) -> State | No
 
 
 def _sizes(windows: Windows, now: State) -> dict[str, float]:
-    """Return the size of each cause over its standard deviation, all others and all nuisances free."""
+    """Return the size of each cause over its standard deviation, all others and all nuisances free.
+
+    Its own shape is held: a torque of any exponent is seen where one of none is not.
+    """
     restore(windows, now)
     along = windows.along(effects_of(now.causes))
     away = WithoutNuisances(windows, now.rest, along.starts(), along.driven())
@@ -116,7 +119,7 @@ def _sizes(windows: Windows, now: State) -> dict[str, float]:
     for cause in now.causes:
         sizes = 2 if cause.candidate.phased else 1
         own = np.arange(at, at + sizes)
-        others = np.setdiff1d(np.arange(len(normal)), own)
+        others = np.setdiff1d(np.arange(len(normal)), np.arange(at, at + len(cause.numbers)))
         cross = normal[np.ix_(own, others)]
         alone = normal[np.ix_(own, own)] - cross @ np.linalg.pinv(normal[np.ix_(others, others)], rcond=1e-12) @ cross.T
         size = (cause.numbers / cause.units)[:sizes]

@@ -50,3 +50,11 @@ def test_what_windows_do_not_show_is_not_judged(tmp_path):
     hide(plan, tmp_path)
     assert sees(records(tmp_path), plan) == {"drive_motion": None}
     assert observer.seen(records(tmp_path), [], None) == {}
+
+
+def test_a_torque_of_unknown_exponent_is_seen_at_one_speed(tmp_path):
+    """Its size and exponent are not known each on its own: 0.006 sigma were stated."""
+    rig = space.draw(86, 20)[85]
+    plan = taking.plan(rig, ("drag_power",), samples=100_000)
+    hide(plan, tmp_path, observe=taking.observer(rig), stated=False)
+    assert sees(records(tmp_path), plan)["drag_power"] > 50.0
