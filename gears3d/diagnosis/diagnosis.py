@@ -17,17 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.causes import (
-    EXCLUDED,
-    SMALLEST,
-    Candidate,
-    Cause,
-    Fit,
-    candidates,
-    contribution,
-    excluding,
-    fit,
-)
+from gears3d.diagnosis.causes import EXCLUDED, SMALLEST, Candidate, Cause, Fit, candidates, contribution, excluding, fit
 from gears3d.diagnosis.evidence import Paths, has_compliance, shootable, uncut
 from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
 from gears3d.diagnosis.path_search import Path, law_of_contact, path_search
@@ -110,6 +100,8 @@ STEPS, PER_TOOTH = ("pitch_error",), 4.0
 # to 102 and 309; space3, 303) whose causes were found or which had none, 9 to 20 % with a single tooth, 16 % where one
 # record of six was of another rig.
 PARTED = 0.075
+# Standard deviations by which noise alone exceeds the usual mean square of a window.
+CHANCE = 4.0
 # Chi-square per point of channels up to which these distinguish hypotheses: above it, segmentation is wrong.
 AGREE = 1.5
 # Largest minimum detectable effect in each place, in units, at which the trajectory excludes one.
@@ -214,8 +206,11 @@ class AlongPath(NamedTuple):
 
     @property
     def quiet(self) -> bool:
-        """Whether the residuals of the rig without causes are noise alone."""
-        return self.agrees and self.path.after <= NOISE
+        """Whether the residuals of the rig without causes are noise alone, but for a few windows."""
+        if not self.agrees or self.path.after > NOISE:
+            return False
+        most = max(NOISE, 1.0 + CHANCE * np.sqrt(2.0 * len(self.windows) / len(self.windows.window)))
+        return float(np.mean(self._residuals(())[0] > most)) <= PARTED
 
     @property
     def limits(self) -> dict[str, float]:

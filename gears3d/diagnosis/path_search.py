@@ -28,16 +28,7 @@ from gears3d.diagnosis.causes import (
     price,
 )
 from gears3d.diagnosis.evidence import fluctuation_orders, frequencies
-from gears3d.diagnosis.path_candidates import (
-    SCORED,
-    Scatter,
-    Sized,
-    carrying,
-    fewer,
-    playing,
-    scores_of,
-    sized,
-)
+from gears3d.diagnosis.path_candidates import SCORED, Scatter, Sized, carrying, fewer, playing, scores_of, sized
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     BODY,
@@ -264,15 +255,18 @@ def _of_part(
 def _with_own_noise(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> tuple[State, State]:
     """Return the states without and with causes, with 1/f noise that is not confounded with scattering restitution.
 
-    Kicks explain 1/f noise as well: it is estimated without them, unless only they leave noise, then with all causes.
+    It is estimated where causes leave more than noise, or scatter: kicks explain 1/f noise as well. Then without them,
+    unless only they leave noise.
     """
     for kicked in (False, True):
-        if not any(one.candidate.kind == SCATTER for one in found.causes):
+        scatters = any(one.candidate.kind == SCATTER for one in found.causes)
+        if not scatters and (kicked or windows.usual(found.rest) < NOISE):
             break
-        restore(windows, found)
-        causes = [one for one in found.causes if kicked or one.candidate.kind != SCATTER]
-        less = polished(windows, fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes)))))
-        if not kicked and windows.usual(found.rest) < NOISE < ACCOUNTS < windows.usual(less.rest):
+        restore(windows, less := found)
+        if scatters:
+            causes = [one for one in found.causes if kicked or one.candidate.kind != SCATTER]
+            less = polished(windows, fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes)))))
+        if scatters and not kicked and windows.usual(found.rest) < NOISE < ACCOUNTS < windows.usual(less.rest):
             continue
         if not windows.coloured(effects_of(less.causes)):
             break

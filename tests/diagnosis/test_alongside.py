@@ -196,3 +196,16 @@ def test_many_bounces_with_little_noise_leave_noise():
     """Readings were predicted linearly across impacts: 10 to 30 standard deviations remained, no cause was found."""
     told = play(next(iter(cases("space", 807, 1))))
     assert [one["kind"] for one in told["causes"]] == ["restitution_asymmetry"]
+
+
+@pytest.mark.slow
+def test_noise_over_f_that_the_record_hides_is_estimated_where_causes_leave_it():
+    """Counts hid it: causes left four times the noise, and a delay of an encoder was named from channels."""
+    told = play(next(iter(cases("space", 1123, 1))))
+    assert [(one["kind"], one["or"]) for one in told["causes"]] == [("backlash_variation", [])]
+
+
+@pytest.mark.slow
+def test_a_path_that_leaves_windows_beyond_noise_is_not_explained():
+    """One window in ten left twice the noise, and the residuals of channels were taken for errors of segmentation."""
+    assert play(next(iter(cases("space", 795, 1))))["verdict"] == "unexplained"
