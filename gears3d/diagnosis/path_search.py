@@ -412,22 +412,29 @@ def _forward(
         tries += [one for one in scattering(few, known, first, enough) if _kicks(few, first, one)]
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries, _excludes)[1]]
-        best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
-        best = best or _of_diverging(windows, known, base, now)
+        best = _best_of(windows, base, now, tries)
+        if best is None and (one := _of_diverging(windows, known, base, now)) is not None:
+            best = _best_of(windows, base, now, [one])
         if best is None and windows.usual(now.rest) > NOISE:
             tries = _with_body_at(few, known, (), first, _part(few, mine, base), enough)
-            tries = [_whole(windows, now, few, one) for one in tries]
-            best = _simplest(windows, now, [one for one in tries if _is_accepted(windows, base, now, one)])
+            best = _best_of(windows, base, now, [_whole(windows, now, few, one) for one in tries])
         if best is None:
-            break
-        best = _backward(windows, base, best)
-        if gain_of(windows, now, best)[0] <= 0.0:
             break
         read, now = windows.read, unrounded(windows, best) if exact else best
         if windows.read is not read:
             base, alone = _without_causes(windows, now), None
     restore(windows, now)
     return now
+
+
+def _best_of(windows: Windows, base: State, now: State, tries: Sequence[State]) -> State | None:
+    """Return the simplest accepted state that gains after the drop-one tests, in which a cause may displace both."""
+    able = [one for one in tries if _is_accepted(windows, base, now, one)]
+    while (first := _simplest(windows, now, able)) is not None:
+        if gain_of(windows, now, best := _backward(windows, base, first))[0] > 0.0:
+            return best
+        able = [one for one in able if one is not first]
+    return None
 
 
 def _without_causes(windows: Windows, now: State) -> State:
@@ -476,7 +483,7 @@ def _exchanged(
                         own.append(_whole(windows, found, few, one))
             same = _with_last(found, k)
             able = [one for one in own if _is_accepted(windows, base, less[-1], one)]
-            more = [_of_diverging(windows, known, base, one) for one in (able if left else ())]
+            more = (_of_diverging(windows, known, base, one) for one in (able if left else ()))
             if grown := [one for one in more if one is not None]:  # shows a cause that this hypothesis hides
                 found = _forward(windows, known, base, grown[0], lambda part: None)
                 break
@@ -488,8 +495,7 @@ def _exchanged(
             if left and (simpler or _excludes(windows, same, best, least)):
                 found = _forward(windows, known, base, _backward(windows, base, best), lambda part: None)
                 break
-            own = [one for one in own if len(one.causes) == len(found.causes)]
-            instead.append((own, excluded))
+            instead.append(([one for one in own if len(one.causes) == len(found.causes)], excluded))
         else:
             restore(windows, found)
             return found, less, instead
@@ -759,10 +765,8 @@ def _of_diverging(windows: Windows, known: Sequence[Candidate], base: State, now
     for one in _fits(part, part, known, first, first, None)[:FITTED_DIVERGING]:
         restore(part, one)
         tries.append(polished(part, scanned(part, polished(part, one)), thorough=True))
-    if not tries:
-        return None
-    # datums that only some records determine stay
-    best = [one for one in _not_excluded(part, first, tries)[1] if len(one.causes) > len(now.causes)]
+    best = _not_excluded(part, first, tries)[1] if tries else []
+    best = [one for one in best if len(one.causes) > len(now.causes)]  # datums that only some records determine stay
     best = [_whole(windows, now, part, added(now, one, int(part.record[0]))) for one in best]
     return _simplest(windows, now, [one for one in best if _is_accepted(windows, base, now, one)])
 

@@ -52,6 +52,9 @@ AGREE = 1e-3
 # Lines of the spectrum (one over the revolutions) within which two orders are one, and multiples of the fluctuation to
 # either side of an order that show how strong the motion is there.
 LINE, BESIDE = 2.0, 5
+# Periods of the fluctuation after which rattling motion may repeat; one that repeats after four made a line of 107 per
+# revolution (space, 1138).
+SUBHARMONICS = (1, 2, 3, 4)
 # Amplitude over white noise below which an interpolation error is not corrected: it adds 0.5 % to chi-square.
 SLIGHT = 0.1
 # Searches of each band: removal of a strong wave reveals weaker ones.
@@ -580,12 +583,18 @@ class _Motion(NamedTuple):
     def makes(self, order: int, angle: np.ndarray, rest: np.ndarray) -> bool:
         """Return whether a line of the residual may belong to the motion, whose impacts have lines at all multiples.
 
+        A motion that repeats after several periods has lines between these as well.
+
         ``angle``: at the residuals [rad], (n,); ``rest``: residuals [rad], (n,).
         """
-        number = round(order / self.order)
-        if number < 1 or abs(order - number * self.order) * self.turns > LINE:
+        return any(self._makes(order, self.order / periods, angle, rest) for periods in SUBHARMONICS)
+
+    def _makes(self, order: int, first: float, angle: np.ndarray, rest: np.ndarray) -> bool:
+        """Return the same of multiples of a first order: whether it is no stronger than its neighbours."""
+        number = round(order / first)
+        if number < 1 or abs(order - number * first) * self.turns > LINE:
             return False
-        beside = (number + np.array([*range(-BESIDE, 0), *range(1, BESIDE + 1)])) * self.order
+        beside = (number + np.array([*range(-BESIDE, 0), *range(1, BESIDE + 1)])) * first
         powers = [float(np.abs(rest @ np.exp(-1j * one * angle))) ** 2 for one in (order, *beside[beside > 0.0])]
         level = float(np.median(powers[1:])) / np.log(2.0)  # their phases are as good as random
         return powers[0] < level * np.log(1.0 / CHANCE)

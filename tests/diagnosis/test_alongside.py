@@ -209,3 +209,17 @@ def test_noise_over_f_that_the_record_hides_is_estimated_where_causes_leave_it()
 def test_a_path_that_leaves_windows_beyond_noise_is_not_explained():
     """One window in ten left twice the noise, and the residuals of channels were taken for errors of segmentation."""
     assert play(next(iter(cases("space", 795, 1))))["verdict"] == "unexplained"
+
+
+@pytest.mark.slow
+def test_a_wrong_first_cause_does_not_end_the_search():
+    """Drag with nothing left of it was chosen first, in beginnings of windows: over 20 minutes, no cause."""
+    told = play(next(iter(cases("space", 1158, 1))))
+    assert [(one["kind"], one["or"]) for one in told["causes"]] == [("encoder_eccentricity", [])]
+
+
+@pytest.mark.slow
+def test_a_line_of_a_motion_that_repeats_after_four_periods_is_no_encoder_error():
+    """It was removed from the readings, and left three standard deviations: no cause was named."""
+    told = play(next(iter(cases("space", 1138, 1))))
+    assert told["kinds_right"] == ["drag_viscous"]

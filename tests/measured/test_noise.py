@@ -174,6 +174,16 @@ def test_an_interpolation_error_among_the_lines_of_a_motion_is_found():
     assert found[0].amplitude == pytest.approx(2e-5, rel=0.05)
 
 
+@pytest.mark.parametrize("orders", [(), (810,)])
+def test_lines_of_a_motion_that_repeats_after_two_periods_are_no_interpolation_errors(orders):
+    """A rattle after four periods had a line at 107 in a revolution, which was removed as an error of the encoder."""
+    angle = 12.0 * TIME  # of 30 periods in a revolution, with lines at all multiples of 15
+    turned = angle + 2e-4 * np.abs(np.sin(7.5 * angle)) + 1e-4 * np.abs(np.sin(15.0 * angle + 0.8))
+    error = sum(2e-5 * np.cos(order * turned) for order in orders)
+    shown = turned + error + np.random.default_rng(9).normal(0.0, 1e-6, COUNT)
+    assert [one.order for one in estimate_noise(TIME, shown, fluctuation=30.0).periodic] == [*orders]
+
+
 def test_lines_of_a_free_motion_that_meet_whole_orders_are_no_interpolation_errors():
     """A rattle of 17.714 periods in a revolution of the loose gear has its lines 14, 21 and 28 at 248, 372 and 496."""
     taken = take(draw(14, 1)[13], dirt=False, samples=200_000)
