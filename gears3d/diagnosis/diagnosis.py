@@ -487,10 +487,11 @@ def _numbers(
     for cause, before, other in zip(first, path.causes, own.causes, strict=False):
         part, here = slice(at, at + len(cause.numbers)), slice(there, there + len(before.numbers))
         at, there = part.stop, here.stop
-        if cause.candidate.kind != before.candidate.kind:
+        mine, its = path.covariance[here, here] * np.max(path.widths[here]) ** 2, theirs[part, part]
+        shows = np.any(mine)  # windows may hold a gear in contact that any size of a cause keeps there
+        if cause.candidate.kind != before.candidate.kind or (not shows and np.any(its)):
             causes.append(other)
             continue
-        mine, its = path.covariance[here, here] * np.max(path.widths[here]) ** 2, theirs[part, part]
         near = np.all(np.abs(cause.numbers - other.numbers) < 3.0 * np.sqrt(np.diag(mine + its)))
         if near and np.all(np.diag(its) < np.diag(mine)) and np.all(np.diag(its) > 0.0):
             cause, factor = averaged(cause, mine, other, its, pivot)

@@ -51,6 +51,8 @@ ROUNDED = 3e-4
 COLOURED = 0.3
 # Values of the same that are tried on residuals where 1/f noise cannot be estimated from a record.
 COLOURS = tuple(0.3 * 2.0 ** (0.5 * k) for k in range(-1, 9))
+# Standard deviations by which 1/f noise that a record determines differs from 0.
+SURE = 3.0
 # Means of readings over which residuals may keep their sign: half a flight.
 RUN = 16
 # Largest part of its chi-square that another start may leave to replace one, and of theirs that readings without
@@ -259,10 +261,11 @@ class Windows:
         usual = self.level(rest)
         for k, model in enumerate(self.models):
             own = np.flatnonzero(self.record == k)
-            if model.flicker > 0.0 or not len(own):
+            unsure = model.sigmas["flicker"]
+            if model.flicker > SURE * unsure or not len(own):
                 continue
             rows = [rest[self.window == one] for one in own[usual[own] <= np.median(usual[own])]]
-            most = 2.0 * model.sigmas["flicker"] / self._white(k)
+            most = (model.flicker + 2.0 * unsure) / self._white(k)
             plain = () if self._drift(k) > COLOURED else (None,)
             slows = [slow for slow in (*([] if plain else [0.0]), *COLOURS) if slow < most]
             self.roots[k] = likely_root(rows, [*plain, *(self._root(k, slow) for slow in slows)])

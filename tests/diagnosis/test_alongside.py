@@ -223,3 +223,20 @@ def test_a_line_of_a_motion_that_repeats_after_four_periods_is_no_encoder_error(
     """It was removed from the readings, and left three standard deviations: no cause was named."""
     told = play(next(iter(cases("space", 1138, 1))))
     assert told["kinds_right"] == ["drag_viscous"]
+
+
+@pytest.mark.slow
+def test_noise_over_f_that_a_record_hardly_shows_is_no_scatter_of_restitution():
+    """Estimated at one standard deviation from 0, it was taken as known; kicks of the impacts explained the rest."""
+    told = play(next(iter(cases("space", 1170, 1))))
+    assert told["kinds_right"] == ["drag_power"]
+    assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+def test_a_size_that_windows_do_not_determine_is_that_of_channels():
+    """Windows held the gear in contact with any drag of the mesh: its size was 16 % off, with a width of nothing."""
+    told = play(next(iter(cases("space", 1168, 1))))
+    (size,) = told["parameters"]
+    assert size["covered"]
+    assert abs(size["error"]) < 0.01
