@@ -483,7 +483,7 @@ def _exchanged(
                         own.append(_whole(windows, found, few, one))
             same = _with_last(found, k)
             able = [one for one in own if _is_accepted(windows, base, less[-1], one)]
-            more = (_of_diverging(windows, known, base, one) for one in (able if left else ()))
+            more = [_of_diverging(windows, known, base, one) for one in (able if left else ())]
             if grown := [one for one in more if one is not None]:  # shows a cause that this hypothesis hides
                 found = _forward(windows, known, base, grown[0], lambda part: None)
                 break

@@ -262,7 +262,7 @@ class Windows:
         for k, model in enumerate(self.models):
             own = np.flatnonzero(self.record == k)
             unsure = model.sigmas["flicker"]
-            if model.flicker > SURE * unsure or not len(own):
+            if (model.flicker > 0.0 and not model.flicker < SURE * unsure) or not len(own):
                 continue
             rows = [rest[self.window == one] for one in own[usual[own] <= np.median(usual[own])]]
             most = (model.flicker + 2.0 * unsure) / self._white(k)
