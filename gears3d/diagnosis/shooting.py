@@ -29,6 +29,7 @@ from gears3d.diagnosis.shooting_kernels import (
     torques_of,
 )
 from gears3d.effects import Code
+from gears3d.measured.noise import SURE
 from gears3d.signals.whitening import likely_root, roots_of
 
 if TYPE_CHECKING:
@@ -51,8 +52,6 @@ ROUNDED = 3e-4
 COLOURED = 0.3
 # Values of the same that are tried on residuals where 1/f noise cannot be estimated from a record.
 COLOURS = tuple(0.3 * 2.0 ** (0.5 * k) for k in range(-1, 9))
-# Standard deviations by which 1/f noise that a record determines differs from 0.
-SURE = 3.0
 # Means of readings over which residuals may keep their sign: half a flight.
 RUN = 16
 # Largest part of its chi-square that another start may leave to replace one, and of theirs that readings without

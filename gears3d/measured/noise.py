@@ -590,7 +590,7 @@ class _Motion(NamedTuple):
         return any(self._makes(order, self.order / periods, angle, rest) for periods in SUBHARMONICS)
 
     def _makes(self, order: int, first: float, angle: np.ndarray, rest: np.ndarray) -> bool:
-        """Return the same of multiples of a first order: whether it is no stronger than its neighbours."""
+        """Return the same of multiples of a first order: whether its power is that of its neighbours."""
         number = round(order / first)
         if number < 1 or abs(order - number * first) * self.turns > LINE:
             return False
