@@ -223,7 +223,8 @@ def _beside(rb1: float, rb2: float, tip2: float, centre: float, reach: float, of
     """Gap where the tip of gear 2 meets the flank of gear 1 before the path of contact begins.
 
     The tip corner at its radius, the flank's point at radius r and both axes make a triangle; gear 1 has then turned to
-    one angle and gear 2 to another, and what gear 2 lacks to the law of gearing, times Rb2, is the gap.
+    one angle and gear 2 to another, and what gear 2 lacks to the law of gearing, times Rb2, is the gap. Few teeth turn
+    back, where the gap rises vertically: the table ends where it rises as fast as gear 1 turns, far from contact.
     """
     path, lead = sqrt(centre**2 - (rb1 + rb2) ** 2), sqrt(tip2**2 - rb2**2)
     first = sqrt((path - lead) ** 2 + rb1**2)
@@ -234,9 +235,10 @@ def _beside(rb1: float, rb2: float, tip2: float, centre: float, reach: float, of
     turned1, turned2 = roll - np.arctan(roll) - at1, -at2
     turned1, turned2 = turned1 - turned1[0], turned2 - turned2[0]
     angle, gap = (turned2 if of_tip else turned1), rb1 * turned1 - rb2 * turned2
-    falling = np.concatenate(([True], np.diff(np.minimum.accumulate(angle)) < 0.0))
-    spline = CubicSpline(angle[falling][::-1], gap[falling][::-1])
-    grid = max(-reach, angle.min()) * np.linspace(1.0, 0.0, POINTS) ** 2
+    near = np.diff(gap) < -rb1 * np.diff(angle)
+    many = len(angle) if near.all() else int(np.argmin(near)) + 1
+    spline = CubicSpline(angle[:many][::-1], gap[:many][::-1])
+    grid = max(-reach, angle[many - 1]) * np.linspace(1.0, 0.0, POINTS) ** 2
     table = np.stack([grid, spline(grid), spline(grid, 1)], axis=1)
     table[-1] = 0.0
     return table

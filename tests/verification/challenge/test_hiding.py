@@ -11,6 +11,8 @@ from gears3d.effects import catalogue
 from gears3d.errors import InputError, UsageError
 from gears3d.scenario import load
 from gears3d.verification.challenge import ASKED, KINDS, UNKNOWN, hide, observe, plan, reveal, score
+from gears3d.verification.challenge.machine import machine
+from gears3d.verification.challenge.physics import ACTIVE, REVERSE, flank
 
 HERE = Path(__file__).parent
 
@@ -208,3 +210,15 @@ def test_a_tooth_that_stands_back_where_two_others_carry_moves_nothing_and_is_to
         plain, odd = (observe(one, 0).signals["theta_loose_rad"] for one in (replace(made, effects=()), made))
         assert made.told()["visible"] == visible
         assert least <= np.max(np.abs(plain - odd)) * made.rig.pair().loose.base_radius <= most
+
+
+@pytest.mark.parametrize("teeth", [(23, 16), (15, 15), (90, 90)])
+def test_a_tooth_moves_a_flank_by_its_error_at_most(teeth):
+    """Tips of few teeth turn back before they reach the next flank: no other pair carries there."""
+    error = {"kind": "pitch_error", "offset": "-6 um", "tooth": 1, "gear": "loose", "flank": "reverse"}
+    gears = {"gears.drive.teeth": teeth[0], "gears.loose.teeth": teeth[1], "gears.helix_angle": "0 deg"}
+    rig = machine(plan(86, ()).rig.with_({**gears, "effect": [error]}))
+    angles = np.linspace(0.0, 2.0 * np.pi * teeth[1], 100_000)
+    for side, most in ((ACTIVE, 1e-12), (REVERSE, 6e-6 + 1e-12)):
+        moved = np.array([flank(rig, side, 0.0, at, 0.0)[0] for at in angles]) - side * rig["backlash"]
+        assert np.max(np.abs(moved)) <= most
