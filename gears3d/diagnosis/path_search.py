@@ -23,7 +23,6 @@ from gears3d.diagnosis.causes import (
     Candidate,
     Cause,
     begin,
-    excluding,
     goes_by,
     price,
 )
@@ -64,7 +63,17 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.prediction import GEARS, restitution
 from gears3d.diagnosis.preprocessing import order_of
-from gears3d.diagnosis.run_information import detectable, price_of, scatter_separated, widths_of
+from gears3d.diagnosis.run_information import (
+    SAME,
+    detectable,
+    excludes,
+    is_worse,
+    least_excluding,
+    price_of,
+    rival_of,
+    scatter_separated,
+    widths_of,
+)
 from gears3d.diagnosis.search import Rival, is_same
 from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.diagnosis.shooting_kernels import slowed, torques_of
@@ -87,11 +96,8 @@ BEYOND = 1.1
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
 # Candidates that are fitted in a forward step, and with a law of contact, where a run takes several times as long.
 FITTED = (7, 3)
-# Parts of what a cause explains, and of chi-square beyond noise, by which another must be worse to be excluded.
-SAME, LEFT = 0.01, 0.25
-# Standard errors over windows by which the difference of two hypotheses must differ from 0; largest part of the error
-# that a second body may leave to be the first cause.
-APART, MOST_LEFT = 3.0, 0.25
+# Largest part of the error that a second body may leave to be the first cause.
+MOST_LEFT = 0.25
 # Increasing parts of windows, from their beginning, in which causes are selected; residuals in backlashes up to which
 # sensitivities are valid, and from which on, with all causes, the record is of another rig; their quantile.
 BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
@@ -171,9 +177,9 @@ def path_search(
     gains = [gain_of(windows, one, found)[0] for one in less]
     others = []
     for gain, (own, excluded) in zip(gains, instead, strict=True):
-        least = _least(windows, gain, found.rest)
+        least = least_excluding(windows, gain, found.rest)
         costs = [price_of(windows, one, least / EXCLUDED) for one in ((found, *own) if own else ())]
-        fits = [_rival(windows, one, found, least, by - costs[0]) for one, by in zip(own, costs[1:], strict=True)]
+        fits = [rival_of(windows, one, found, least, by - costs[0]) for one, by in zip(own, costs[1:], strict=True)]
         others.append(tuple(sorted([*fits, *excluded], key=lambda one: one.worse)))
     restore(windows, found)
     found = referenced(windows, found)
@@ -411,7 +417,7 @@ def _forward(
             tries += [one for law in laws if law.gain > least for one in law.fitted(few)]
         tries += [one for one in scattering(few, known, first, enough) if _kicks(few, first, one)]
         if tries:
-            tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries, _excludes)[1]]
+            tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries, excludes)[1]]
         best = _best_of(windows, base, now, tries)
         if best is None and (one := _of_diverging(windows, known, base, now)) is not None:
             best = _best_of(windows, base, now, [one])
@@ -468,7 +474,7 @@ def _exchanged(
                 few.sampled = windows.part_of(few)  # the best one's motion is that of all windows
                 plain = _part(few, mine, less[-1])
                 gain = gain_of(few, plain, first)[0]
-                least = _least(few, gain, first.rest)
+                least = least_excluding(few, gain, first.rest)
                 laws = [one for one in known if kind in LAWS and one.kind in {OIL, SOFT} - {kind}]
                 asked = sized(few, laws, plain, plain)
                 tries = [one for law in asked if law.gain > ACCEPT_PATH for one in law.fitted(few)]
@@ -476,7 +482,7 @@ def _exchanged(
                     tries = _tries(windows, few, known, first, found, k) + scattering(few, known, plain, LIKE * gain)
                 more = len(windows) / len(few)
                 for one in tries:
-                    if (rival := _rival(few, one, first, least)).excluded:
+                    if (rival := rival_of(few, one, first, least)).excluded:
                         whole = rival._replace(worse=rival.worse * more, deviance=rival.deviance * more)
                         excluded += [whole] if len(one.causes) == len(found.causes) else []
                     else:
@@ -487,12 +493,12 @@ def _exchanged(
             if grown := [one for one in more if one is not None]:  # shows a cause that this hypothesis hides
                 found = _forward(windows, known, base, grown[0], lambda part: None)
                 break
-            least = _least(windows, gain_of(windows, less[-1], found)[0], found.rest)
+            least = least_excluding(windows, gain_of(windows, less[-1], found)[0], found.rest)
             if left and len(found.causes) > 1:  # an equivalent cause may make others needless
-                able = [one if _excludes(windows, one, found, least) else _backward(windows, base, one) for one in able]
+                able = [one if excludes(windows, one, found, least) else _backward(windows, base, one) for one in able]
             best = _simplest(windows, less[-1], [same, *able]) or same
             simpler = best is not same and _complexity(best) <= _complexity(same)  # or equally simple, and better
-            if left and (simpler or _excludes(windows, same, best, least)):
+            if left and (simpler or excludes(windows, same, best, least)):
                 found = _forward(windows, known, base, _backward(windows, base, best), lambda part: None)
                 break
             instead.append(([one for one in own if len(one.causes) == len(found.causes)], excluded))
@@ -511,7 +517,7 @@ def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: Sta
         with suppress(InputError):
             rest = windows.residuals(effects_of(causes))
             one = polished(windows, fitted(windows, state_of(windows, causes, rest)))
-            if not _excludes(windows, one, found, _least(windows, 0.0, found.rest)):
+            if not excludes(windows, one, found, least_excluding(windows, 0.0, found.rest)):
                 tries.append(one)
     restore(windows, found)
     return _simplest(windows, found, tries) or found
@@ -564,44 +570,6 @@ def _complexity(one: State) -> tuple[int, float, bool, bool]:
     one_sided = last.candidate.kind == "restitution_asymmetry"  # of one flank, where only one is met
     numbers = sum(len(cause.numbers) for cause in one.causes)
     return numbers, price(last.candidate), one_sided, isinstance(last.effect, SensorEffect)
-
-
-def _least(windows: Windows, gain: float, rest: Array) -> float:
-    """Return the chi-square over the level by which a hypothesis must be worse to be excluded.
-
-    Where residuals of the better one are noise: that of channels. Else the largest of four standard deviations, a part
-    of its gain (model error), and a part of its residuals beyond noise (an unknown cause may be confounded with both).
-    """
-    level = windows.usual(rest)
-    if level < NOISE:
-        return excluding(gain)
-    return max(EXCLUDED, SAME * gain, LEFT * (level - 1.0) / level * len(windows.read) / windows.runs(rest))
-
-
-def _is_worse(windows: Windows, one: State, other: State, least: float) -> bool:
-    """Return whether a state leaves more than another by the stated chi-square.
-
-    Where the other leaves noise, and this one does not, four standard deviations are enough.
-    """
-    off, left = (windows.usual(each.rest) for each in (one, other))
-    return gain_of(windows, one, other)[0] > (EXCLUDED if left < NOISE < ACCOUNTS < off else least)
-
-
-def _rival(windows: Windows, one: State, best: State, least: float, cost: float = 0.0) -> Rival:
-    """Return the last cause of a state as a competing hypothesis of one of the best.
-
-    Its deviance is limited by the model error that counts for its exclusion, and by its scatter over windows.
-
-    cost: chi-square that its parameters cost more than those of the best.
-    """
-    worse, sure = gain_of(windows, one, best)
-    deviance = min(EXCLUDED * worse / least, sure * abs(sure)) + cost
-    return Rival((one.causes[-1],), worse, _excludes(windows, one, best, least), deviance)
-
-
-def _excludes(windows: Windows, one: State, other: State, least: float) -> bool:
-    """Return whether a state is worse than another by the stated chi-square, significantly over windows."""
-    return _is_worse(windows, one, other, least) and gain_of(windows, one, other)[1] > APART
 
 
 def _without(state: State, k: int) -> State:
@@ -680,14 +648,14 @@ def _whole(windows: Windows, now: State, few: Windows, one: State) -> State:
 
 
 def _not_excluded(
-    windows: Windows, now: State, tries: Sequence[State], worse: Callable[..., bool] = _is_worse
+    windows: Windows, now: State, tries: Sequence[State], worse: Callable[..., bool] = is_worse
 ) -> tuple[State, list[State]]:
     """Return the best of states, and those that it does not exclude, as they are not worse by the stated test."""
     best = tries[0]
     for one in tries[1:]:
         if gain_of(windows, best, one)[0] > 0.0:
             best = one
-    least = _least(windows, gain_of(windows, now, best)[0], best.rest)
+    least = least_excluding(windows, gain_of(windows, now, best)[0], best.rest)
     return best, [one for one in tries if one is best or not worse(windows, one, best, least)]
 
 

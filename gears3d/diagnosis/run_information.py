@@ -14,6 +14,7 @@ import numpy as np
 
 from gears3d.diagnosis.causes import (
     ACCEPT_PATH,
+    EXCLUDED,
     FREE,
     LARGEST,
     SLOPE_STEP,
@@ -22,6 +23,7 @@ from gears3d.diagnosis.causes import (
     begin,
     candidates,
     contribution,
+    excluding,
     goes_by,
     moved,
     slopes_of,
@@ -51,8 +53,8 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals, unclipped
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, delay_of, has_original_datum, preprocess, slopes_of_datums, turn
-from gears3d.diagnosis.search import given, occam
-from gears3d.diagnosis.shooting import MOST, Windows
+from gears3d.diagnosis.search import Rival, given, occam
+from gears3d.diagnosis.shooting import MOST, NOISE, Windows
 from gears3d.effects import catalogue
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.measured.checks import Admitted, examine
@@ -72,6 +74,10 @@ STRETCHES = (16, 4, 1)
 FEWEST = 4
 # Standard deviations at which chi-square is compared with its parabola, largest factor on them, and rounds of its fits.
 SIGMAS, WIDEST, PROFILED = 2.0, 32.0, 3
+# Parts of what a cause explains, and of chi-square beyond noise, by which another must be worse to be excluded.
+SAME, LEFT = 0.01, 0.25
+# Standard errors over windows by which the difference of two hypotheses must differ from 0.
+APART = 3.0
 # Information relative to the best combination of numbers below which another one is not identifiable.
 KNOWN = 1e-12
 
@@ -213,6 +219,44 @@ def price_of(windows: Windows, one: State, scale: float) -> float:
     restore(windows, one)
     known = prior_covariance(scale * covariance_of(windows, one), one.causes, windows.pivot)
     return occam(known, np.ones(len(known)))
+
+
+def least_excluding(windows: Windows, gain: float, rest: Array) -> float:
+    """Return the chi-square over the level by which a hypothesis must be worse to be excluded.
+
+    Where residuals of the better one are noise: that of channels. Else the largest of four standard deviations, a part
+    of its gain (model error), and a part of its residuals beyond noise (an unknown cause may be confounded with both).
+    """
+    level = windows.usual(rest)
+    if level < NOISE:
+        return excluding(gain)
+    return max(EXCLUDED, SAME * gain, LEFT * (level - 1.0) / level * len(windows.read) / windows.runs(rest))
+
+
+def is_worse(windows: Windows, one: State, other: State, least: float) -> bool:
+    """Return whether a state leaves more than another by the stated chi-square.
+
+    Where the other leaves noise, and this one does not, four standard deviations are enough.
+    """
+    off, left = (windows.usual(each.rest) for each in (one, other))
+    return gain_of(windows, one, other)[0] > (EXCLUDED if left < NOISE < ACCOUNTS < off else least)
+
+
+def excludes(windows: Windows, one: State, other: State, least: float) -> bool:
+    """Return whether a state is worse than another by the stated chi-square, significantly over windows."""
+    return is_worse(windows, one, other, least) and gain_of(windows, one, other)[1] > APART
+
+
+def rival_of(windows: Windows, one: State, best: State, least: float, cost: float = 0.0) -> Rival:
+    """Return the last cause of a state as a competing hypothesis of one of the best.
+
+    Its deviance is limited by the model error that counts for its exclusion, and by its scatter over windows.
+
+    cost: chi-square that its parameters cost more than those of the best.
+    """
+    worse, sure = gain_of(windows, one, best)
+    deviance = min(EXCLUDED * worse / least, sure * abs(sure)) + cost
+    return Rival((one.causes[-1],), worse, excludes(windows, one, best, least), deviance)
 
 
 def detectable(windows: Windows, known: Sequence[Candidate], found: State, covariance: Array) -> dict[str, float]:
