@@ -219,6 +219,9 @@ def _selected(windows: Windows, known: Sequence[Candidate], base: State, progres
         if part is windows:
             break
         if _far(part, first.rest) > ACCOUNTS:
+            if not tried and not now.causes and (kicked := _scattered(windows, part, known, base, first)) is not None:
+                now = kicked
+                break
             found, whole = _of_part(windows, part, dense, first, progress)
             if not tried and _far(part, found.rest) > ACCOUNTS:
                 tried, swings = True, _with_second_body(windows, known, (), base)
@@ -234,6 +237,25 @@ def _selected(windows: Windows, known: Sequence[Candidate], base: State, progres
     return _forward(windows, known, base, _backward(windows, base, now), progress, exact=True)
 
 
+def _scattered(windows: Windows, part: Windows, known: Sequence[Candidate], base: State, first: State) -> State | None:
+    """Return the state with scatter of restitution alone, where that leaves noise, and no other cause does in a part.
+
+    Otherwise causes that fit beginnings would be added one by one to approximate it.
+    """
+    tries = [one for one in scattering(windows, known, base, ACCEPT_PATH) if _leaves_noise(windows, one)]
+    if not tries or not _kicks(windows, base, tries[0]):
+        return None
+    few, _, there = _sampled(part, first)
+    if any(_leaves_noise(few, one) for one in _tries(part, few, known, there, first)):
+        return None
+    return tries[0]
+
+
+def _leaves_noise(windows: Windows, one: State) -> bool:
+    """Return whether residuals are noise in most windows."""
+    return windows.usual(one.rest) < NOISE and _far(windows, one.rest) <= ACCOUNTS
+
+
 def _of_part(
     windows: Windows, part: Windows, known: Sequence[Candidate], first: State, progress: Callable[[float], None]
 ) -> tuple[State, State]:
@@ -244,11 +266,13 @@ def _of_part(
     """
     base = polished(part, _opened(part))
     restore(part, first)
-    found = _forward(part, known, base, polished(part, first), progress)
+    found, done = _forward(part, known, base, polished(part, first), progress), None
+    if found.causes and part.usual(found.rest) < NOISE and _far(part, found.rest) > ACCOUNTS:  # few deviate
+        found = done = _exchanged(part, known, base, found, progress)[0]
     if found.causes and _far(part, found.rest) > ACCOUNTS:  # other causes may hide a law
         found = min(found, _law_first(part, known, base, found) or found, key=lambda one: _far(part, one.rest))
         restore(part, found)
-    if found.causes and _far(part, found.rest) > ACCOUNTS:
+    if found is not done and found.causes and _far(part, found.rest) > ACCOUNTS:
         found = _exchanged(part, known, base, found, progress)[0]
     whole = polished(windows, _carried(windows, found))
     new = {one.candidate.kind for one in found.causes} - {one.candidate.kind for one in first.causes}
@@ -405,16 +429,17 @@ def _forward(
     for number in range(len(now.causes), ROUNDS):
         progress(number / ROUNDS)
         few, mine, first = _sampled(windows, now)
-        enough, root, tries = ACCEPT_PATH * len(few) / len(windows), _part(few, mine, base), []
-        if not now.causes and _far(few, first.rest) > ACCOUNTS:
-            alone = sized(few, known, first, root)
-            tries = [one for law in alone if law.left < MOST_LEFT for one in law.fitted(few)]
-            tries = [one for one in tries if few.usual(one.rest) < NOISE]  # no other cause explains more
-        if not tries and (tries := _tries(windows, few, known, first, now)):
-            least = max(enough, SAME * max(gain_of(few, first, one)[0] for one in tries))
+        enough, root = ACCEPT_PATH * len(few) / len(windows), _part(few, mine, base)
+        tries = [one for one in _tries(windows, few, known, first, now) if gain_of(few, first, one)[0] > enough]
+        opens = not now.causes and _far(few, first.rest) > ACCOUNTS
+        if (tries or opens) and not (opens and any(_leaves_noise(few, one) for one in tries)):
             alone = sized(few, known, first, root) if alone is None else alone  # a law may replace several causes
             laws = alone + (sized(few, known, first, first) if now.causes else [])
-            tries += [one for law in laws if law.gain > least for one in law.fitted(few)]
+            alone_fit = [one for law in laws if opens and law.left < MOST_LEFT for one in law.fitted(few)]
+            alone_fit = [one for one in alone_fit if few.usual(one.rest) < NOISE]  # no other cause explains more
+            least = max([enough, *(SAME * gain_of(few, first, one)[0] for one in tries)])
+            more = [one for law in laws if tries and law.gain > least for one in law.fitted(few)]
+            tries = alone_fit or [*tries, *more]
         tries += [one for one in scattering(few, known, first, enough) if _kicks(few, first, one)]
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries, excludes)[1]]
@@ -461,8 +486,11 @@ def _exchanged(
         State, states of the drop-one tests, and hypotheses in the place of each cause; those that a sample of
         windows excludes are not fitted to all.
     """
+    before: list[State] = []
     for left in reversed(range(EXCHANGES + 1)):
         found = _fewer(windows, known, base, found)
+        left = 0 if any(_has_causes_of(found, one) for one in before) else left  # another exchange would lead here
+        before.append(found)
         less, instead = [], []
         for k, cause in enumerate(found.causes):
             progress((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
@@ -506,6 +534,12 @@ def _exchanged(
             restore(windows, found)
             return found, less, instead
     raise AssertionError
+
+
+def _has_causes_of(one: State, other: State) -> bool:
+    """Return whether two states have the same causes, of any size."""
+    same = (any(is_same(cause.candidate, each) for each in other.causes) for cause in one.causes)
+    return len(one.causes) == len(other.causes) and all(same)
 
 
 def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State:

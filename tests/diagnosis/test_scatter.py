@@ -15,6 +15,7 @@ from gears3d.diagnosis.prediction import unclipped
 from gears3d.diagnosis.residual_patterns import autocorrelation
 from gears3d.diagnosis.validity import own_scatter, scatter_patterns
 from gears3d.verification.challenge import plan
+from tests.diagnosis.blind import cases, play
 from tests.diagnosis.test_gap_laws import hidden, judged
 
 RIG = plan(11, ()).rig
@@ -140,6 +141,15 @@ def _deviations(seed, swing, order):
     locked = np.array([[3.3, 5.5], [2.1, 3.5]])
     return Deviations(value, np.full(700, max(np.std(value), 0.05)), random.uniform(0.01, 0.1, 700), flank, drive,
                       loose, locked)  # fmt: skip
+
+
+@pytest.mark.slow
+def test_scatter_is_tried_before_causes_that_fit_beginnings_of_windows():
+    """These were added one by one to approximate it, for ten times as long, and its size was 21 % off."""
+    case = next(one for one in cases("kinds", 104, 1) if one.hidden == ("restitution_scatter",))
+    told = play(case)
+    assert [one["kind"] for one in told["causes"]] == ["restitution_scatter"]
+    assert abs(told["parameters"][0]["error"]) < 0.1
 
 
 def test_restitution_that_depends_on_an_angle_does_not_scatter():
