@@ -20,7 +20,7 @@ import numpy as np
 from gears3d.diagnosis.causes import EXCLUDED, SMALLEST, Candidate, Cause, Fit, candidates, contribution, excluding, fit
 from gears3d.diagnosis.evidence import Paths, has_compliance, shootable, uncut
 from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
-from gears3d.diagnosis.path_search import Path, law_of_contact, path_search
+from gears3d.diagnosis.path_search import law_of_contact, path_search
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
 from gears3d.diagnosis.prediction import parts_of
 from gears3d.diagnosis.preprocessing import Note, segmented, settled, turn, usable
@@ -36,7 +36,7 @@ from gears3d.diagnosis.residual_tests import (
     splits,
     whole_channels,
 )
-from gears3d.diagnosis.run_information import averaged, covariance
+from gears3d.diagnosis.run_information import Path, averaged, covariance
 from gears3d.diagnosis.search import (
     ENOUGH,
     Experiment,

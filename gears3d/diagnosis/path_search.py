@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from gears3d.diagnosis.causes import (
     price,
 )
 from gears3d.diagnosis.evidence import fluctuation_orders, frequencies
-from gears3d.diagnosis.path_candidates import SCORED, Scatter, Sized, carrying, fewer, playing, scores_of, sized
+from gears3d.diagnosis.path_candidates import SCORED, Sized, carrying, fewer, playing, scores_of, sized
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
     BODY,
@@ -38,7 +37,6 @@ from gears3d.diagnosis.path_fit import (
     ROUNDS,
     SCATTER,
     SOFT,
-    Deviations,
     State,
     added,
     agreement_of_diverging,
@@ -65,6 +63,7 @@ from gears3d.diagnosis.prediction import GEARS, restitution
 from gears3d.diagnosis.preprocessing import order_of
 from gears3d.diagnosis.run_information import (
     SAME,
+    Path,
     detectable,
     excludes,
     is_worse,
@@ -101,48 +100,6 @@ MOST_LEFT = 0.25
 # Increasing parts of windows, from their beginning, in which causes are selected; residuals in backlashes up to which
 # sensitivities are valid, and from which on, with all causes, the record is of another rig; their quantile.
 BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
-
-
-class Path(NamedTuple):
-    """Result of the path search: causes with covariance, residuals and competing hypotheses.
-
-    Args:
-        causes: with their numbers.
-        covariance: of all numbers, in the order of the causes [SI], (p, p).
-        widths: factors on their standard deviations, below and above, by the profile of chi-square, (p, 2).
-        gains: fall of chi-square, over its level, by each cause in the drop-one test, (c,).
-        before: median mean square of a window's residuals without causes.
-        after: with them.
-        parted: part of the windows whose motion diverges from the model's.
-        missed: median root mean square of residuals [m].
-        windows: number.
-        others: competing hypotheses of each cause, by chi-square over the level, best first.
-        seen: minimum detectable effect of causes of one number in addition to these, in units, by kind.
-        scatter: of the restitution, in addition to the causes.
-        unsure: fall of chi-square, over its level, that the uncertainty of the drive's motion explains.
-        deviations: restitutions of single impacts, where it scatters.
-    """
-
-    causes: tuple[Cause, ...]
-    covariance: Array
-    widths: Array
-    gains: Array
-    before: float
-    after: float
-    parted: float
-    missed: float
-    windows: int
-    others: tuple[tuple[Rival, ...], ...]
-    seen: dict[str, float]
-    scatter: Scatter | None = None
-    unsure: float = 0.0
-    deviations: Deviations | None = None
-
-    def widths_of(self, cause: Cause) -> Array | None:
-        """Return the widths of one of the causes; ``None`` of another, or of one with other numbers."""
-        at = np.cumsum([0, *(len(one.numbers) for one in self.causes)])
-        k = next((k for k, one in enumerate(self.causes) if one is cause), None)
-        return None if k is None else self.widths[at[k] : at[k + 1]]
 
 
 def path_search(

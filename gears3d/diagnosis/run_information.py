@@ -39,6 +39,7 @@ from gears3d.diagnosis.path_fit import (
     SCATTER,
     SOFT,
     SQUARED,
+    Deviations,
     State,
     WithoutStarts,
     columns_of,
@@ -80,6 +81,48 @@ SAME, LEFT = 0.01, 0.25
 APART = 3.0
 # Information relative to the best combination of numbers below which another one is not identifiable.
 KNOWN = 1e-12
+
+
+class Path(NamedTuple):
+    """Result of the path search: causes with covariance, residuals and competing hypotheses.
+
+    Args:
+        causes: with their numbers.
+        covariance: of all numbers, in the order of the causes [SI], (p, p).
+        widths: factors on their standard deviations, below and above, by the profile of chi-square, (p, 2).
+        gains: fall of chi-square, over its level, by each cause in the drop-one test, (c,).
+        before: median mean square of a window's residuals without causes.
+        after: with them.
+        parted: part of the windows whose motion diverges from the model's.
+        missed: median root mean square of residuals [m].
+        windows: number.
+        others: competing hypotheses of each cause, by chi-square over the level, best first.
+        seen: minimum detectable effect of causes of one number in addition to these, in units, by kind.
+        scatter: of the restitution, in addition to the causes.
+        unsure: fall of chi-square, over its level, that the uncertainty of the drive's motion explains.
+        deviations: restitutions of single impacts, where it scatters.
+    """
+
+    causes: tuple[Cause, ...]
+    covariance: Array
+    widths: Array
+    gains: Array
+    before: float
+    after: float
+    parted: float
+    missed: float
+    windows: int
+    others: tuple[tuple[Rival, ...], ...]
+    seen: dict[str, float]
+    scatter: Scatter | None = None
+    unsure: float = 0.0
+    deviations: Deviations | None = None
+
+    def widths_of(self, cause: Cause) -> Array | None:
+        """Return the widths of one of the causes; ``None`` of another, or of one with other numbers."""
+        at = np.cumsum([0, *(len(one.numbers) for one in self.causes)])
+        k = next((k for k, one in enumerate(self.causes) if one is cause), None)
+        return None if k is None else self.widths[at[k] : at[k + 1]]
 
 
 class Information(NamedTuple):
@@ -179,7 +222,7 @@ def _width(windows: Windows, now: State, cause: Cause, others: Sequence[Cause], 
     return width
 
 
-def scatter_separated(path: Any, mean: float) -> Any:
+def scatter_separated(path: Path, mean: float) -> Path:
     """Return a path with the scatter of restitution, given its mean, as an attribute of its own, not as a cause."""
     kinds = [one.candidate.kind for one in path.causes]
     if SCATTER not in kinds:

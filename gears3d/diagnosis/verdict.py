@@ -27,13 +27,12 @@ from gears3d.diagnosis.causes import (
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.path_candidates import Scatter
 from gears3d.diagnosis.path_fit import BODY
-from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pitch_error import ShortTooth
 from gears3d.diagnosis.prediction import rms_of
 from gears3d.diagnosis.preprocessing import Note, reference_record
 from gears3d.diagnosis.residual_patterns import Structure, channel_of
 from gears3d.diagnosis.residual_tests import UNITS
-from gears3d.diagnosis.run_information import covariance
+from gears3d.diagnosis.run_information import Path, covariance
 from gears3d.diagnosis.search import LEAST, STATED, Option, Rival, Search, options
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
