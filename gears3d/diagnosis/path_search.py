@@ -199,13 +199,14 @@ def _scattered(windows: Windows, part: Windows, known: Sequence[Candidate], base
 
     Otherwise causes that fit beginnings would be added one by one to approximate it.
     """
-    tries = [one for one in scattering(windows, known, base, ACCEPT_PATH) if _leaves_noise(windows, one)]
-    if not tries or not _kicks(windows, base, tries[0]):
+    few, _, there = _sampled(windows, base)
+    tries = scattering(few, known, there, ACCEPT_PATH * len(few) / len(windows))
+    if not any(_leaves_noise(few, one) and _kicks(few, there, one) for one in tries):
         return None
+    kicked = _whole(windows, base, few, tries[0])
     few, _, there = _sampled(part, first)
-    if any(_leaves_noise(few, one) for one in _tries(part, few, known, there, first)):
-        return None
-    return tries[0]
+    others = any(_leaves_noise(few, one) for one in _tries(part, few, known, there, first))
+    return kicked if _leaves_noise(windows, kicked) and not others else None
 
 
 def _leaves_noise(windows: Windows, one: State) -> bool:
@@ -386,17 +387,17 @@ def _forward(
     for number in range(len(now.causes), ROUNDS):
         progress(number / ROUNDS)
         few, mine, first = _sampled(windows, now)
-        enough, root = ACCEPT_PATH * len(few) / len(windows), _part(few, mine, base)
-        tries = [one for one in _tries(windows, few, known, first, now) if gain_of(few, first, one)[0] > enough]
-        opens = not now.causes and _far(few, first.rest) > ACCOUNTS
-        if (tries or opens) and not (opens and any(_leaves_noise(few, one) for one in tries)):
-            alone = sized(few, known, first, root) if alone is None else alone  # a law may replace several causes
-            laws = alone + (sized(few, known, first, first) if now.causes else [])
-            alone_fit = [one for law in laws if opens and law.left < MOST_LEFT for one in law.fitted(few)]
-            alone_fit = [one for one in alone_fit if few.usual(one.rest) < NOISE]  # no other cause explains more
+        enough, root, tries = ACCEPT_PATH * len(few) / len(windows), _part(few, mine, base), []
+        if not now.causes and _far(few, first.rest) > ACCOUNTS:
+            alone = sized(few, known, first, root)
+            tries = [one for law in alone if law.left < MOST_LEFT for one in law.fitted(few)]
+            tries = [one for one in tries if few.usual(one.rest) < NOISE]  # no other cause explains more
+        if not tries:
+            tries = [one for one in _tries(windows, few, known, first, now) if gain_of(few, first, one)[0] > enough]
             least = max([enough, *(SAME * gain_of(few, first, one)[0] for one in tries)])
-            more = [one for law in laws if tries and law.gain > least for one in law.fitted(few)]
-            tries = alone_fit or [*tries, *more]
+            alone = sized(few, known, first, root) if tries and alone is None else alone  # may replace several causes
+            laws = [*(alone or ()), *(sized(few, known, first, first) if now.causes else ())] if tries else []
+            tries += [one for law in laws if law.gain > least for one in law.fitted(few)]
         tries += [one for one in scattering(few, known, first, enough) if _kicks(few, first, one)]
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries, excludes)[1]]
