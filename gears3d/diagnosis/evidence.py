@@ -441,6 +441,27 @@ def _between(one: tuple[Array, ...], place: float, first: int) -> float:
     return path[i + 1] - r * end + (s - path[i + 1] + (1.0 - begin) * end) * back
 
 
+def lagged(windows: Any, course: tuple[Any, ...], loose: Array, late: float) -> Array:
+    """Return how displacements change where the loose gear is read later [m], (n,); its speed jumps at impacts.
+
+    course: of the trajectory; loose: angles at rest on the flank [rad], (w, nodes); late: delay [s].
+    """
+    window, node, share, single = windows.means
+    by, made, last = late / windows.step[window], [], loose.shape[1] - 1
+    slope = windows.radii[1] * np.gradient(loose, axis=1)
+    for at, places in ((node + share, single), (node + share - by, single - by[:, None])):
+        inside = np.clip(at, 0.0, last)  # before its window a gear has the speed at its beginning
+        whole = np.clip(np.floor(inside).astype(node.dtype), 0, last - 1)
+        f, own = inside - whole, np.zeros(len(window))
+        read(*course, windows.step, window, whole, f, np.clip(places, 0.0, last), own)
+        own += (at - inside) * windows.step[window] * course[1][window, np.where(at < 0.0, 0, last)]
+        turn, f = loose - loose[:, :1], at - whole
+        x, y = (windows.radii[1] * turn[window, whole + k] for k in (0, 1))
+        v, u = (slope[window, whole + k] for k in (0, 1))
+        made.append(own + x + f * (v + f * (3.0 * (y - x) - 2.0 * v - u + f * (2.0 * (x - y) + v + u))))
+    return made[1] - made[0]
+
+
 @njit(cache=True, error_model="numpy")
 def interpolated(nodes: Array, window: Array, node: Array, share: Array, made: Array) -> None:
     """Interpolate values at nodes, (w, nodes), linearly at readings, (n,)."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.evidence import MEANS, begin_of_flight, interpolated, means_of, read, reader_of, straight
+from gears3d.diagnosis.evidence import MEANS, begin_of_flight, interpolated, lagged, means_of, read, reader_of, straight
 from gears3d.diagnosis.prediction import GEARS, Rounding, Unfollowed, deviation, errors_of, reading_error
 from gears3d.diagnosis.shooting_kernels import (
     body_of,
@@ -385,7 +385,8 @@ class Windows:
                   kicks, path, pace, events, counts, flow)  # fmt: skip
         made = np.zeros(len(self.window))
         read(path, pace, flanks, events, counts, self.step, *self.means, made)
-        made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, path)
+        made += self.zeros[self.record[self.window]]
+        made += self.shown(sensors, wrong, loose, (path, pace, flanks, events, counts))
         about = made, path, pace, starts, (seen, loose), (angle, speed, rate), ahead, events, counts, flanks, flow
         return _Run(*about, twist, body)
 
@@ -432,28 +433,22 @@ class Windows:
         slope = np.gradient(wrong, axis=1) / self.step[:, None]
         return wrong, slope, np.gradient(slope, axis=1) / self.step[:, None]
 
-    def shown(self, sensors: Sequence[Any], wrong: tuple[Array, ...] | None, loose: Array, path: Array) -> Array:
+    def shown(self, sensors: Sequence[Any], wrong: tuple[Array, ...] | None, loose: Array, course: Any) -> Array:
         """Return reading errors of the displacement [m], (n,).
 
-        wrong: of :meth:`misread`; loose: angles at rest on the flank [rad]; path: (w, nodes).
+        wrong: of :meth:`misread`; loose: angles at rest on the flank [rad]; course: of the trajectory.
         """
         made = np.zeros(len(self.window))
         if own := [one for one in sensors if one.gear == "loose"]:
-            turns = loose + path / self.radii[1]
-            turn, waves = self.between(turns), [one for one in own if not hasattr(one, "delay")]
+            turn, waves = self.between(loose + course[0] / self.radii[1]), [x for x in own if not hasattr(x, "delay")]
             made = self.radii[1] * reading_error(waves, "loose", turn, turn, true=True)
-            for late in (one.delay for one in own if hasattr(one, "delay")):  # speeds jump at impacts
-                made += self.radii[1] * (self.between(turns, late) - turn)
+            made += sum(lagged(self, course, loose, one.delay) for one in own if hasattr(one, "delay"))
         return made if wrong is None else made - self.radii[0] * self.between(wrong[0])
 
-    def between(self, nodes: Array, late: float = 0.0) -> Array:
-        """Return values at the readings less a delay [s], interpolated linearly between the nodes, (n,)."""
-        node, share, made = self.node, self.beyond, np.zeros(len(self.window))
-        if late:
-            at = node + share - late / self.step[self.window]
-            node = np.clip(np.floor(at).astype(node.dtype), 0, nodes.shape[1] - 2)
-            share = at - node
-        interpolated(nodes, self.window, node, share, made)
+    def between(self, nodes: Array) -> Array:
+        """Return values at the readings, interpolated linearly between the nodes, (n,)."""
+        made = np.zeros(len(self.window))
+        interpolated(nodes, self.window, self.node, self.beyond, made)
         return made
 
     def flanks(
@@ -553,10 +548,10 @@ class Windows:
 
     def keep_readings(self, before: Sequence[Any], effects: Sequence[Any]) -> None:
         """Move starts, and datums where that fits better, by what sensors read differently with other effects."""
-        path, zeros, errors, tries = self._run(before, self.starts).path, self.zeros, [], []
+        run, zeros, errors, tries = self._run(before, self.starts), self.zeros, [], []
         for sensed in (before, effects):
             _, sensors, _, loose, _, wrong, *_ = self._shared(sensed)
-            errors.append(self.shown(sensors, wrong, loose, path))
+            errors.append(self.shown(sensors, wrong, loose, run.course))
         own, more = self.record[self.window], errors[1] - errors[0]
         mean = np.bincount(own, more, len(zeros)) / np.maximum(np.bincount(own, minlength=len(zeros)), 1.0)
         for shift in (0.0 * mean, mean):  # a delay is read as a shift of the datum
@@ -652,6 +647,11 @@ class _Run(NamedTuple):
     flow: Array
     twist: Array
     body: Array
+
+    @property
+    def course(self) -> tuple[Any, ...]:
+        """What readings follow from."""
+        return self.path, self.pace, self.flanks, self.events, self.counts
 
 
 class Linearised:
@@ -750,7 +750,7 @@ class Linearised:
                 if wrong is not None:
                     pushed = pushed + sign * windows.radii[0] * wrong[2]
                     driven = driven + sign * windows.radii[0] * wrong[2]
-                shown = shown + sign * windows.shown([one], wrong, loose, run.path)
+                shown = shown + sign * windows.shown([one], wrong, loose, run.course)
         none = np.zeros(len(windows))
         made = self._followed((pushed, active, reverse), rebound, (none, none), driven=driven) + shown
         return made / windows.sigma
