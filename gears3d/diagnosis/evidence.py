@@ -447,18 +447,20 @@ def lagged(windows: Any, course: tuple[Any, ...], loose: Array, late: float) -> 
     course: of the trajectory; loose: angles at rest on the flank [rad], (w, nodes); late: delay [s].
     """
     window, node, share, single = windows.means
-    by, made, last = late / windows.step[window], [], loose.shape[1] - 1
-    slope = windows.radii[1] * np.gradient(loose, axis=1)
-    for at, places in ((node + share, single), (node + share - by, single - by[:, None])):
-        inside = np.clip(at, 0.0, last)  # before its window a gear has the speed at its beginning
+    step, made, last = windows.step[window], [], loose.shape[1] - 1
+    turn = windows.radii[1] * (loose - loose[:, :1])
+    speed, rise = (windows.radii[0] * own for own in windows.drive[1:])
+    for by in (np.zeros(len(window)), late / step):
+        at = node + share - by
+        inside, edge = np.clip(at, 0.0, last), np.where(at < 0.0, 0, last)
         whole = np.clip(np.floor(inside).astype(node.dtype), 0, last - 1)
-        f, own = inside - whole, np.zeros(len(window))
-        read(*course, windows.step, window, whole, f, np.clip(places, 0.0, last), own)
-        own += (at - inside) * windows.step[window] * course[1][window, np.where(at < 0.0, 0, last)]
-        turn, f = loose - loose[:, :1], at - whole
-        x, y = (windows.radii[1] * turn[window, whole + k] for k in (0, 1))
-        v, u = (slope[window, whole + k] for k in (0, 1))
-        made.append(own + x + f * (v + f * (3.0 * (y - x) - 2.0 * v - u + f * (2.0 * (x - y) + v + u))))
+        f, beyond, own = inside - whole, (at - inside) * step, np.zeros(len(window))
+        read(*course, windows.step, window, whole, f, np.clip(single - by[:, None], 0.0, last), own)
+        x, y = (turn[window, whole + k] for k in (0, 1))
+        v, u = (speed[window, whole + k] * step for k in (0, 1))
+        own += x + f * (v + f * (3.0 * (y - x) - 2.0 * v - u + f * (2.0 * (x - y) + v + u)))
+        own += beyond * (course[1] + speed)[window, edge] + 0.5 * beyond**2 * rise[window, edge]  # before the window
+        made.append(own)
     return made[1] - made[0]
 
 

@@ -246,5 +246,5 @@ def test_a_size_that_windows_do_not_determine_is_that_of_channels():
 def test_a_late_encoder_is_no_eccentricity_of_the_order_of_the_fluctuation():
     """Readings after impacts were predicted by the path between nodes; two numbers absorbed the error of that."""
     told = play(next(iter(cases("space", 1235, 1))))
-    assert told["causes"][0]["kind"] == "encoder_skew"
-    assert abs(told["parameters"][0]["error"]) < 0.005
+    assert told["set_right"]
+    assert told["wrong_names"] == []
