@@ -459,7 +459,7 @@ def lagged(windows: Any, course: tuple[Any, ...], loose: Array, late: float) -> 
         x, y = (turn[window, whole + k] for k in (0, 1))
         v, u = (speed[window, whole + k] * step for k in (0, 1))
         own += x + f * (v + f * (3.0 * (y - x) - 2.0 * v - u + f * (2.0 * (x - y) + v + u)))
-        own += beyond * (course[1] + speed)[window, edge] + 0.5 * beyond**2 * rise[window, edge]  # before the window
+        own += beyond * (course[1] + speed)[window, edge] + 0.5 * beyond**2 * rise[window, edge]  # outside the window
         made.append(own)
     return made[1] - made[0]
 

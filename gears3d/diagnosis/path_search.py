@@ -394,10 +394,11 @@ def _forward(
             tries = [one for one in tries if few.usual(one.rest) < NOISE]  # no other cause explains more
         if not tries:
             tries = [one for one in _tries(windows, few, known, first, now) if gain_of(few, first, one)[0] > enough]
-            least = max([enough, *(SAME * gain_of(few, first, one)[0] for one in tries)])
-            alone = sized(few, known, first, root) if tries and alone is None else alone  # may replace several causes
-            laws = [*(alone or ()), *(sized(few, known, first, first) if now.causes else ())] if tries else []
-            tries += [one for law in laws if law.gain > least for one in law.fitted(few)]
+            if tries:
+                least = max(enough, SAME * max(gain_of(few, first, one)[0] for one in tries))
+                alone = sized(few, known, first, root) if alone is None else alone  # a law may replace several causes
+                laws = alone + (sized(few, known, first, first) if now.causes else [])
+                tries += [one for law in laws if law.gain > least for one in law.fitted(few)]
         tries += [one for one in scattering(few, known, first, enough) if _kicks(few, first, one)]
         if tries:
             tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries, excludes)[1]]
