@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.causes import EXCLUDED, SMALLEST, Candidate, Cause, Fit, candidates, contribution, excluding, fit
+from gears3d.diagnosis.causes import EXCLUDED, SMALLEST, Candidate, Cause, Fit, candidates, contribution, fit
 from gears3d.diagnosis.evidence import Paths, has_compliance, shootable, uncut
 from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
 from gears3d.diagnosis.path_search import law_of_contact, path_search
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
-from gears3d.diagnosis.prediction import parts_of
 from gears3d.diagnosis.preprocessing import Note, segmented, settled, turn, usable
 from gears3d.diagnosis.residual_patterns import Resonance, Structure, resonance
 from gears3d.diagnosis.residual_tests import (
@@ -36,7 +35,7 @@ from gears3d.diagnosis.residual_tests import (
     splits,
     whole_channels,
 )
-from gears3d.diagnosis.run_information import Path, averaged, covariance
+from gears3d.diagnosis.run_information import Path, covariance
 from gears3d.diagnosis.search import (
     ENOUGH,
     Experiment,
@@ -67,8 +66,10 @@ from gears3d.diagnosis.verdict import (
     PLACES,
     Named,
     classify,
+    distinguished_by_channels,
     facts_of,
     minimum_detectable,
+    numbers_of,
     phase_notes,
     record_contributions,
     remaining,
@@ -102,8 +103,6 @@ STEPS, PER_TOOTH = ("pitch_error",), 4.0
 PARTED = 0.075
 # Standard deviations by which noise alone exceeds the usual mean square of a window.
 CHANCE = 4.0
-# Chi-square per point of channels up to which these distinguish hypotheses: above it, segmentation is wrong.
-AGREE = 1.5
 # Largest minimum detectable effect in each place, in units, at which the trajectory excludes one.
 CLEAR = 0.02
 # Fall of chi-square that the uncertainty of the drive's motion may explain where channels distinguish hypotheses: it
@@ -235,9 +234,9 @@ class AlongPath(NamedTuple):
                 records = [turn(one, *each) for one, each in zip(self.records, by.tolist(), strict=True)]
                 found = given(records, self.path.causes, UNSEEN)
             known = self.path.unsure < UNSURE  # channels of the loose gear take the drive's measured motion as exact
-            first = _distinguished_by_channels(found, self.path.causes, others, known)
+            first = distinguished_by_channels(found, self.path.causes, others, known)
             found = found._replace(fit=fit(found.records, found.base, first))
-            causes, spread = _numbers(found, self.path, first, in_own_channels(found, UNSEEN), self.windows.pivot)
+            causes, spread = numbers_of(found, self.path, first, in_own_channels(found, UNSEEN), self.windows.pivot)
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])
         now = Fit(tuple(causes), float(rest @ rest), spread, rest)
         return found._replace(fit=now), [*others, *([] for _ in causes[len(others) :])]
@@ -413,94 +412,6 @@ def along_path(
         return fewer._replace(left=(found.residual_of(others),)) if fewer is not None and many else fewer
     beyond = path.causes and path.scatter is None and path.after > ACCOUNTS  # small, but not noise
     return found._replace(left=(found.residual_of([*measured, *others]),)) if beyond else found
-
-
-def _distinguished_by_channels(
-    found: Search, causes: Sequence[Cause], rivals_of: list[list[Rival]], known: bool
-) -> list[Cause]:
-    """Return causes, with those hypotheses decided by channels that windows do not distinguish.
-
-    Channels hold complete records, windows a sample. A channel without a significant effect of a cause does not decide
-    on it: records were segmented with flanks without it.
-
-    Args:
-        found: without causes, or with them.
-        causes: of the path.
-        rivals_of: competing hypotheses of each cause; those that channels exclude are marked.
-        known: whether the drive's motion is; else only its stated motion decides.
-    """
-    causes = list(causes)
-    for k, own in enumerate(rivals_of):
-        others = causes[:k], causes[k + 1 :]
-        now, none, *tried = (
-            _tested(found, [*others[0], *one, *others[1]], known)
-            for one in ([causes[k]], [], *(one.causes[:1] for one in own))
-        )
-        open_ = [j for j, one in enumerate(own) if not one.excluded]
-        best = min(open_, key=lambda j: tried[j].chi2, default=None)
-        least = min([now.chi2, *(tried[j].chi2 for j in open_)])
-        level = least / max(len(now.rest), 1)
-        if level > AGREE or none.chi2 - (now.chi2 if known else least) < EXCLUDED * level:
-            continue
-        level = max(level, 1.0)
-        chi2, instead = now.chi2, causes[k]
-        least = excluding((none.chi2 - least) / level)
-        if best is not None and tried[best].chi2 < min(chi2, none.chi2) - least * level:
-            chi2, causes[k] = tried[best].chi2, tried[best].causes[k]
-        worse = [(each.chi2 - chi2) / level for each in tried]
-        marked = [
-            one._replace(worse=max(one.worse, off), excluded=one.excluded or off > least,
-                         deviance=max(one.deviance, EXCLUDED * off / least))
-            for one, off in zip(own, worse, strict=True)
-        ]  # fmt: skip
-        if best is not None and causes[k] is not instead:
-            off = (now.chi2 - chi2) / level
-            marked[best] = Rival((instead,), off, True, EXCLUDED * off / least)
-        rivals_of[k] = sorted(marked, key=lambda one: one.worse)
-    return causes
-
-
-def _tested(found: Search, causes: Sequence[Cause], known: bool) -> Fit:
-    """Return causes fitted to all channels, or, with the numbers of the path, their residuals of the stated motion."""
-    if known:
-        return fit(found.records, found.base, causes)
-    rest = parts_of(found.records, found.base - contribution(found.records, effects_of(causes)))["drive"]
-    drive = np.concatenate([np.zeros(0), *rest])
-    return Fit(tuple(causes), float(drive @ drive), np.zeros((0, 0)), drive)
-
-
-def _numbers(
-    found: Search, path: Path, first: Sequence[Cause], kept: Sequence[Cause], pivot: float
-) -> tuple[list[Cause], Array]:
-    """Return causes with the numbers of the trajectory, or their average with those of channels that are more precise.
-
-    Args:
-        found: with the records.
-        path: with its own causes.
-        first: the same, or the hypothesis that channels prefer to one.
-        kept: found in channels only.
-        pivot: mean speed of the loose gear [rad/s].
-    """
-    own = fit(found.records, found.base, [*first, *kept])
-    theirs = covariance(found.records, own.causes) if own.causes else own.covariance
-    spread, causes, at, there = np.array(theirs, float), [], 0, 0
-    for cause, before, other in zip(first, path.causes, own.causes, strict=False):
-        part, here = slice(at, at + len(cause.numbers)), slice(there, there + len(before.numbers))
-        at, there = part.stop, here.stop
-        mine, its = path.covariance[here, here] * np.max(path.widths[here]) ** 2, theirs[part, part]
-        shows = np.any(mine)  # windows may hold a gear in contact that any size of a cause keeps there
-        if cause.candidate.kind != before.candidate.kind or (not shows and np.any(its)):
-            causes.append(other)
-            continue
-        near = np.all(np.abs(cause.numbers - other.numbers) < 3.0 * np.sqrt(np.diag(mine + its)))
-        if near and np.all(np.diag(its) < np.diag(mine)) and np.all(np.diag(its) > 0.0):
-            cause, factor = averaged(cause, mine, other, its, pivot)
-            spread[part, part] *= factor
-        else:
-            spread[part], spread[:, part] = 0.0, 0.0
-            spread[part, part] = path.covariance[here, here]
-        causes.append(cause)
-    return [*causes, *own.causes[len(first) :]], spread
 
 
 # Highest order that is searched, unless the numbers of teeth require more.

@@ -1,4 +1,4 @@
-"""The verdict on a rig and its records: reported causes with evidence, competing hypotheses and notes on them."""
+"""The verdict on a rig and its records: hypotheses that channels decide, reported causes with evidence, and notes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from gears3d.diagnosis.causes import (
     LARGEST,
     SMALLEST,
     Cause,
+    Fit,
     Regressors,
+    contribution,
+    excluding,
     fit,
     parameters,
     significance,
@@ -26,13 +29,13 @@ from gears3d.diagnosis.causes import (
 )
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.path_candidates import Scatter
-from gears3d.diagnosis.path_fit import BODY
+from gears3d.diagnosis.path_fit import BODY, effects_of
 from gears3d.diagnosis.pitch_error import ShortTooth
-from gears3d.diagnosis.prediction import rms_of
+from gears3d.diagnosis.prediction import parts_of, rms_of
 from gears3d.diagnosis.preprocessing import Note, reference_record
 from gears3d.diagnosis.residual_patterns import Structure, channel_of
 from gears3d.diagnosis.residual_tests import UNITS
-from gears3d.diagnosis.run_information import Path, covariance
+from gears3d.diagnosis.run_information import Path, averaged, covariance
 from gears3d.diagnosis.search import LEAST, STATED, Option, Rival, Search, options
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
@@ -54,6 +57,8 @@ PREDICTED_QUANTITY = {
     "loss": "separation speed",
     "drive": "angle of the drive gear",
 }
+# Chi-square per point of channels up to which these distinguish hypotheses: above it, segmentation is wrong.
+AGREE = 1.5
 # Ratio of mean speeds below which they count as one.
 SAME_SPEED = 1.25
 # Relative deviation of two of the rig's numbers that indicates another test rig.
@@ -122,6 +127,94 @@ def fixed_parameter(effect: Any, name: str, written: Any) -> Any:
     if family not in FAMILIES or isinstance(written, int | float):
         return written
     return {"value": float(getattr(effect, name)), "unit": FAMILIES[family].si, "ci95": None}
+
+
+def distinguished_by_channels(
+    found: Search, causes: Sequence[Cause], rivals_of: list[list[Rival]], known: bool
+) -> list[Cause]:
+    """Return causes, with those hypotheses decided by channels that windows do not distinguish.
+
+    Channels hold complete records, windows a sample. A channel without a significant effect of a cause does not decide
+    on it: records were segmented with flanks without it.
+
+    Args:
+        found: without causes, or with them.
+        causes: of the path.
+        rivals_of: competing hypotheses of each cause; those that channels exclude are marked.
+        known: whether the drive's motion is; else only its stated motion decides.
+    """
+    causes = list(causes)
+    for k, own in enumerate(rivals_of):
+        others = causes[:k], causes[k + 1 :]
+        now, none, *tried = (
+            _tested(found, [*others[0], *one, *others[1]], known)
+            for one in ([causes[k]], [], *(one.causes[:1] for one in own))
+        )
+        open_ = [j for j, one in enumerate(own) if not one.excluded]
+        best = min(open_, key=lambda j: tried[j].chi2, default=None)
+        least = min([now.chi2, *(tried[j].chi2 for j in open_)])
+        level = least / max(len(now.rest), 1)
+        if level > AGREE or none.chi2 - (now.chi2 if known else least) < EXCLUDED * level:
+            continue
+        level = max(level, 1.0)
+        chi2, instead = now.chi2, causes[k]
+        least = excluding((none.chi2 - least) / level)
+        if best is not None and tried[best].chi2 < min(chi2, none.chi2) - least * level:
+            chi2, causes[k] = tried[best].chi2, tried[best].causes[k]
+        worse = [(each.chi2 - chi2) / level for each in tried]
+        marked = [
+            one._replace(worse=max(one.worse, off), excluded=one.excluded or off > least,
+                         deviance=max(one.deviance, EXCLUDED * off / least))
+            for one, off in zip(own, worse, strict=True)
+        ]  # fmt: skip
+        if best is not None and causes[k] is not instead:
+            off = (now.chi2 - chi2) / level
+            marked[best] = Rival((instead,), off, True, EXCLUDED * off / least)
+        rivals_of[k] = sorted(marked, key=lambda one: one.worse)
+    return causes
+
+
+def _tested(found: Search, causes: Sequence[Cause], known: bool) -> Fit:
+    """Return causes fitted to all channels, or, with the numbers of the path, their residuals of the stated motion."""
+    if known:
+        return fit(found.records, found.base, causes)
+    rest = parts_of(found.records, found.base - contribution(found.records, effects_of(causes)))["drive"]
+    drive = np.concatenate([np.zeros(0), *rest])
+    return Fit(tuple(causes), float(drive @ drive), np.zeros((0, 0)), drive)
+
+
+def numbers_of(
+    found: Search, path: Path, first: Sequence[Cause], kept: Sequence[Cause], pivot: float
+) -> tuple[list[Cause], Array]:
+    """Return causes with the numbers of the trajectory, or their average with those of channels that are more precise.
+
+    Args:
+        found: with the records.
+        path: with its own causes.
+        first: the same, or the hypothesis that channels prefer to one.
+        kept: found in channels only.
+        pivot: mean speed of the loose gear [rad/s].
+    """
+    own = fit(found.records, found.base, [*first, *kept])
+    theirs = covariance(found.records, own.causes) if own.causes else own.covariance
+    spread, causes, at, there = np.array(theirs, float), [], 0, 0
+    for cause, before, other in zip(first, path.causes, own.causes, strict=False):
+        part, here = slice(at, at + len(cause.numbers)), slice(there, there + len(before.numbers))
+        at, there = part.stop, here.stop
+        mine, its = path.covariance[here, here] * np.max(path.widths[here]) ** 2, theirs[part, part]
+        shows = np.any(mine)  # windows may hold a gear in contact that any size of a cause keeps there
+        if cause.candidate.kind != before.candidate.kind or (not shows and np.any(its)):
+            causes.append(other)
+            continue
+        near = np.all(np.abs(cause.numbers - other.numbers) < 3.0 * np.sqrt(np.diag(mine + its)))
+        if near and np.all(np.diag(its) < np.diag(mine)) and np.all(np.diag(its) > 0.0):
+            cause, factor = averaged(cause, mine, other, its, pivot)
+            spread[part, part] *= factor
+        else:
+            spread[part], spread[:, part] = 0.0, 0.0
+            spread[part, part] = path.covariance[here, here]
+        causes.append(cause)
+    return [*causes, *own.causes[len(first) :]], spread
 
 
 def name_causes(
