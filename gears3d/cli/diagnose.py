@@ -49,6 +49,9 @@ def diagnose(
     experiments: Annotated[
         bool, typer.Option("--experiments/--no-experiments", help="Propose runs that separate competing hypotheses.")
     ] = True,
+    effort: Annotated[
+        float, typer.Option(help="Multiple of the usual budget of the search for causes.", min=0.1)
+    ] = 1.0,
     film: Annotated[
         bool, typer.Option("--replay/--no-replay", help="Write replay.rrd: record, rig and extended rig.")
     ] = True,
@@ -79,7 +82,9 @@ def diagnose(
     show_repeated(admission.repeated)
     with bars() as track:
         tick = track("diagnose", 1.0)
-        found = examine(admitted, bench, lambda doing, part: tick(part, doing), bodies=bodies, runs=experiments)
+        found = examine(
+            admitted, bench, lambda doing, part: tick(part, doing), bodies=bodies, runs=experiments, effort=effort
+        )
     filmed = ""
     made = provenance([file for one in admitted for file in one.inputs], command())
     if out is not None:

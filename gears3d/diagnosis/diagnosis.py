@@ -50,6 +50,7 @@ from gears3d.diagnosis.search import (
     rivals,
 )
 from gears3d.diagnosis.shooting import LONG, NOISE, Windows
+from gears3d.diagnosis.shooting_kernels import Exhausted
 from gears3d.diagnosis.validity import (
     Against,
     against,
@@ -108,6 +109,9 @@ CLEAR = 0.02
 # Fall of chi-square that the uncertainty of the drive's motion may explain where channels distinguish hypotheses: it
 # was 1 to 17 in four records with a well-known drive, 124 to 472 in one whose drive is known to 1 %.
 UNSURE = 64.0
+# Work of trajectories of a search, with all else about 0.15 µs each: right searches of the blind benchmark took up to
+# 1.1e9 (space2, 444: two causes; space, 1200).
+WORK = 5e9
 # Part of a cause's size from which its fit to a trajectory without it begins.
 LITTLE = 0.05
 # Standard deviations by which a number from events may differ from that of the trajectory, and the least standard
@@ -191,6 +195,15 @@ class AlongPath(NamedTuple):
     def zeros(self) -> dict[str, float]:
         """Displacement on the active flank, without deviations, by record [m]."""
         return dict(zip(self.names, (self.windows.origins + self.windows.zeros).tolist(), strict=True))
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What prevents the diagnosis: a search that exceeded its budget."""
+        if self.path.complete:
+            return ()
+        text = "the search for causes needs more trajectories than it may compute; hypotheses were not all compared"
+        remedy = "state known effects in the rig, diagnose fewer records, or raise --effort"
+        return (Note("search-incomplete", text, remedy, "", True),)
 
     @property
     def carries(self) -> bool:
@@ -361,17 +374,29 @@ def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | N
     return Shown(windows, asked, blank, partial(made, LONG))
 
 
-def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, Path] | None:
+def _searched(seen: Shown, work: float, progress: Callable[[float], None]) -> tuple[Windows, Path] | None:
     """Return windows and the causes that their trajectories show; ``None`` with too few.
 
     Causes are searched in longer windows where those found do not predict them, or have a law of contact: over one fall
     across the backlash a slow flight fits the motion on compliant teeth or in oil, and so does one of these the other.
     """
     windows, part_of_all = seen.windows, 1.0 if seen.windows.long else 0.5
-    path = path_search(windows, seen.candidates, lambda part: progress(part_of_all * part))
-    if path is None or path.scatter is not None or windows.long:
-        return path and (windows, path)
-    longer = seen.longer()
+    windows.work[:], found = work, None
+    try:
+        path = path_search(windows, seen.candidates, lambda part: progress(part_of_all * part))
+        found = path and (windows, path)
+        if path is not None and path.complete and path.scatter is None and not windows.long:
+            found = _searched_longer(seen, path, progress)
+    except Exhausted:
+        found = found and (windows, found[1]._replace(complete=False))
+    windows.work[:] = np.inf
+    return found
+
+
+def _searched_longer(seen: Shown, path: Path, progress: Callable[[float], None]) -> tuple[Windows, Path]:
+    """Return windows and causes, searched in longer windows where needed, with what the first search left to spend."""
+    windows, longer = seen.windows, seen.longer()
+    longer.work = windows.work
     longer.zeros, longer.turned, longer.motion = windows.zeros.copy(), windows.turned.copy(), windows.motion
     level = level_in(longer, path.causes) if len(longer) else 0.0
     most = NOISE * max(path.after, 1.0)  # no cause for less than noise
@@ -379,15 +404,18 @@ def _searched(seen: Shown, progress: Callable[[float], None]) -> tuple[Windows, 
         return windows, path
     first = path.causes if level < most else fitted_in(longer, path.causes, most)
     longer = longer if first else seen.longer()  # datums of wrong causes are wrong
+    longer.work = windows.work
     if not path.causes and not (first := law_of_contact(longer, seen.candidates)):
         return windows, path  # errors of the drive's motion grow with the length as well
     again = path_search(longer, seen.candidates, lambda part: progress(0.5 + 0.5 * part), first)
-    return (longer, again) if again is not None and again.after < max(level, 1.0) else (windows, path)
+    if again is not None and again.complete and again.after < max(level, 1.0):
+        return longer, again
+    return windows, path._replace(complete=again is None or again.complete)
 
 
 def along_path(
     records: Sequence[Evidence], admitted: Sequence[Admitted], paths: Paths, highest: int,
-    progress: Callable[[float], None] = lambda part: None,
+    progress: Callable[[float], None] = lambda part: None, effort: float = 1.0,
 ) -> AlongPath | None:  # fmt: skip
     """Return the causes by multiple shooting and their residuals; ``None`` where it does not cover the rig.
 
@@ -397,9 +425,10 @@ def along_path(
         paths: of the records.
         highest: order that is searched.
         progress: called with the part that is done.
+        effort: multiple of the usual budget of the search.
     """
     seen = shown(admitted, paths, highest)
-    if seen is None or (searched := _searched(seen, progress)) is None:
+    if seen is None or (searched := _searched(seen, effort * WORK, progress)) is None:
         return None
     windows, path = searched
     by = dict(zip([one.name for one in seen.records], windows.turned.tolist(), strict=True))
@@ -407,7 +436,7 @@ def along_path(
     others = [replace(one, turned=tuple(by[one.name])) for one in seen.records if one.name not in there]
     found = AlongPath(windows, path, measured, others, list(by))
     if records and others and not (found.accounts and found.holds_of(others)):  # these may be of another rig
-        fewer = along_path(records, [one for one in admitted if one.file in there], paths, highest, progress)
+        fewer = along_path(records, [one for one in admitted if one.file in there], paths, highest, progress, effort)
         many = fewer is not None and len(others) > len(records)
         return fewer._replace(left=(found.residual_of(others),)) if fewer is not None and many else fewer
     beyond = path.causes and path.scatter is None and path.after > ACCOUNTS  # small, but not noise
@@ -514,6 +543,7 @@ def diagnose(
     bodies: bool = False,
     runs: bool = False,
     stated_motion: bool = False,
+    effort: float = 1.0,
 ) -> Diagnosis:
     """Find the deviations of a rig from measured records, name the causes, extend the rig and measure the gain.
 
@@ -525,6 +555,7 @@ def diagnose(
         bodies: whether the gain is measured in the 3D engine as well.
         runs: whether runs are proposed that separate causes from competing hypotheses that are not excluded.
         stated_motion: whether the rig's ``[motion]`` is a statement about records that are given as files.
+        effort: multiple of the usual budget of the search for causes by trajectories.
 
     Returns:
         The diagnosis.
@@ -535,21 +566,23 @@ def diagnose(
     Theory: docs/theory/diagnosis.md, equations (1), (3).
     """
     admitted, bench = _opened(records, rig, stated_motion)
-    found = _diagnosed(admitted, bench, progress or (lambda doing, part: None), bodies, runs)
+    found = _diagnosed(admitted, bench, progress or (lambda doing, part: None), bodies, runs, effort)
     return replace(found, motions={one.file: one.motion for one in admitted if one.motion is not None})
 
 
 def _diagnosed(
-    admitted: Sequence[Admitted], rig: Scenario, tell: Callable[[str, float], None], bodies: bool, runs: bool
-) -> Diagnosis:
+    admitted: Sequence[Admitted], rig: Scenario, tell: Callable[[str, float], None], bodies: bool, runs: bool,
+    effort: float,
+) -> Diagnosis:  # fmt: skip
     admitted_all, (admitted, notes), paths = admitted, usable(admitted), Paths()
     highest = max(HIGHEST_ORDER, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
 
-    def searching(part: float) -> None:
-        tell("searching for causes of the path", 0.6 + 0.1 * part)
+    def searched(records: Sequence[Evidence]) -> AlongPath | None:
+        doing = "searching for causes of the path"
+        return along_path(records, admitted, paths, highest, lambda part: tell(doing, 0.6 + 0.1 * part), effort)
 
     if has_compliance(rig):
-        whole = along_path([], admitted, paths, highest, searching)
+        whole = searched([])
         if whole is not None and (whole.decides or whole.agrees):
             return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
         return _unsegmented(admitted_all, rig, [*notes, _not_explained(whole)], "not_decidable")
@@ -560,13 +593,13 @@ def _diagnosed(
         refused = error
     rings = resonance(admitted, paths)
     if refused is not None:
-        whole = along_path([], admitted, paths, highest, searching)  # a body that the gear carries rings, too
+        whole = searched([])  # a body that the gear carries rings, too
         if whole is not None and whole.decides and (rings is None or whole.carries):
             return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
         if rings is not None:
             return _unsegmented(admitted_all, rig, notes, "unexplained", rings)
         raise refused
-    whole = along_path(records, admitted, paths, highest, searching)
+    whole = searched(records)
     if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
         return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
     records, found, short = search_with_resegmentation(admitted, records, highest, paths, tell)
@@ -576,6 +609,7 @@ def _diagnosed(
     scatter = own_scatter(records, found, left) if rings is None else None
     if whole is not None and (whole.path.scatter is None or scatter_patterns(whole.path.deviations, highest)):
         scatter = None
+    notes = [*notes, *(whole.notes if whole is not None else ())]
     tell("testing competing hypotheses", 0.85)
     others = rivals(found.records, found)
     accepted = split_accepted(found, others, scatter, short, rig, notes)
@@ -614,6 +648,7 @@ def _by_path(
         else one
         for one in notes
     ]
+    notes += whole.notes
     patterns = scatter_patterns(whole.path.deviations, highest)
     left = [*patterns, *whole.left]
     known = sorted(found.records + (whole.others if whole.records else []), key=lambda x: whole.names.index(x.name))

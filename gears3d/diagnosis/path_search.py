@@ -7,8 +7,9 @@ each cause. Result: causes, covariance, residuals, and by likelihood ratio the h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from typing import NamedTuple
 
 import numpy as np
 
@@ -75,7 +76,7 @@ from gears3d.diagnosis.run_information import (
 )
 from gears3d.diagnosis.search import Rival, is_same
 from gears3d.diagnosis.shooting import NOISE, Windows
-from gears3d.diagnosis.shooting_kernels import slowed, torques_of
+from gears3d.diagnosis.shooting_kernels import Exhausted, slowed, torques_of
 from gears3d.effects import Code, SensorEffect
 from gears3d.errors import InputError
 
@@ -102,6 +103,15 @@ MOST_LEFT = 0.25
 BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
 
 
+class _Stage(NamedTuple):
+    """States without and with causes, of drop-one tests, and hypotheses instead of each cause, fitted and excluded."""
+
+    base: State
+    found: State
+    less: Sequence[State] = ()
+    instead: Sequence[tuple[list[State], list[Rival]]] = ()
+
+
 def path_search(
     windows: Windows, known: Sequence[Candidate], progress: Callable[[float], None] = lambda part: None,
     first: Sequence[Cause] = (),
@@ -113,24 +123,26 @@ def path_search(
         known: candidates.
         progress: called with the part that is done.
         first: causes with which the search begins, fitted with the starts and datums that windows have.
+
+    Where trajectories need more work than windows may take, the result is that of the last complete stage.
     """
     if len(windows) < SCORED // 4:
         return None
+    left, windows.work[:], complete = windows.work[0], np.inf, True  # stages alone are limited
     now = state_of(windows, first, windows.residuals(effects_of(first)))
     base = unrounded(windows, polished(windows, _opened(windows), thorough=True))
-    shown = windows.read
-    if first:
-        now = _backward(windows, base, refitted(windows, now))
-        found = _forward(windows, known, base, now, lambda part: progress(0.5 * part))
-    else:
-        found = _selected(windows, known, base, lambda part: progress(0.5 * part))
-    base, found = _with_own_noise(windows, known, base, found)
-    exact = unrounded(windows, found) if found.causes else found
-    base = base if windows.read is shown else _without_causes(windows, exact)
-    if exact is not found:
-        found = _forward(windows, known, base, _backward(windows, base, exact), lambda part: None)
-    found = _by_law(windows, known, base, found)
-    found, less, instead = _exchanged(windows, known, base, found, lambda part: progress(0.5 + 0.5 * part))
+    reached = _Stage(base, refitted(windows, now) if first else base)
+    windows.work[:] = left
+    try:
+        for each in _stages(windows, known, *reached[:2], progress):
+            reached = each
+        base, found, less, instead = reached
+        left, windows.work[:] = windows.work[0], np.inf
+    except Exhausted:
+        left, windows.work[:], complete = np.inf, np.inf, False
+        base, found = _without_causes(windows, base), refitted(windows, reached.found)
+        less = [_less(windows, found, k) for k in range(len(found.causes))]
+        instead = [([], []) for _ in less]
     gains = [gain_of(windows, one, found)[0] for one in less]
     others = []
     for gain, (own, excluded) in zip(gains, instead, strict=True):
@@ -149,10 +161,34 @@ def path_search(
         windows.usual(base.rest), windows.usual(found.rest), float(np.mean(level > FAR * max(np.median(level), 1.0))),
         float(np.sqrt(np.median(usual))), len(windows), tuple(others),
         detectable(windows, known, found, covariance), unsure=unsure, deviations=deviations(windows, found.causes),
+        complete=complete,
     )  # fmt: skip
     rows = [row for effect in effects_of(found.causes) for row in effect.rows(windows.values)]
     mean = float(restitution([*windows.base, *rows], windows.values.restitution, np.zeros(1), np.zeros(1))[0])
+    windows.work[:] = left
     return scatter_separated(made, mean)
+
+
+def _stages(
+    windows: Windows, known: Sequence[Candidate], base: State, found: State, progress: Callable[[float], None]
+) -> Iterator[_Stage]:
+    """Yield the results of the stages of a search, with the competing hypotheses after the last."""
+    shown = windows.read
+    if found.causes:
+        now = _backward(windows, base, found)
+        found = _forward(windows, known, base, now, lambda part: progress(0.5 * part))
+    else:
+        found = _selected(windows, known, base, lambda part: progress(0.5 * part))
+    yield _Stage(base, found)
+    base, found = _with_own_noise(windows, known, base, found)
+    yield _Stage(base, found)
+    exact = unrounded(windows, found) if found.causes else found
+    base = base if windows.read is shown else _without_causes(windows, exact)
+    if exact is not found:
+        found = _forward(windows, known, base, _backward(windows, base, exact), lambda part: None)
+    found = _by_law(windows, known, base, found)
+    yield _Stage(base, found)
+    yield _Stage(base, *_exchanged(windows, known, base, found, lambda part: progress(0.5 + 0.5 * part)))
 
 
 def _opened(windows: Windows) -> State:
@@ -200,7 +236,7 @@ def _scattered(windows: Windows, part: Windows, known: Sequence[Candidate], base
     Otherwise causes that fit beginnings would be added one by one to approximate it.
     """
     few, _, there = _sampled(windows, base)
-    tries = scattering(few, known, there, ACCEPT_PATH * len(few) / len(windows))
+    tries = scattering(few, known, there, -np.inf)  # what is predicted is invalid for large residuals
     if not any(_leaves_noise(few, one) and _kicks(few, there, one) for one in tries):
         return None
     kicked = _whole(windows, base, few, tries[0])
@@ -292,10 +328,11 @@ def _law_first(windows: Windows, known: Sequence[Candidate], base: State, found:
         restore(windows, found)
         less = polished(windows, fitted(windows, _without(found, own[0])))
         law = _with_law(windows, [one for one in able if one.kind in LAWS], less)
-    explained = own and _far(windows, found.rest) <= ACCOUNTS  # by another law
-    if law is None or (explained and windows.usual(law.rest) > MOST_LEFT * windows.usual(base.rest)):
+    explained = _far(windows, found.rest) <= ACCOUNTS
+    if law is None or (own and explained and windows.usual(law.rest) > MOST_LEFT * windows.usual(base.rest)):
         return None  # not the main cause
-    return _forward(windows, known, base, law, lambda part: None)
+    most = len(found.causes) if explained else ROUNDS  # only a simpler explanation is asked for
+    return _forward(windows, known, base, law, lambda part: None, most=most)
 
 
 def _with_law(windows: Windows, known: Sequence[Candidate], base: State) -> State | None:
@@ -377,14 +414,14 @@ def _carried(part: Windows, now: State) -> State:
 
 def _forward(
     windows: Windows, known: Sequence[Candidate], base: State, now: State, progress: Callable[[float], None],
-    *, exact: bool = False,
+    *, exact: bool = False, most: int = ROUNDS,
 ) -> State:  # fmt: skip
-    """Return a state with more causes, selected forward, as long as they gain; a second body where no other does.
+    """Return a state with at most so many causes, selected forward while they gain; a second body where no other does.
 
     If ``exact``, readings lose the rounding that causes explain: states of other readings cannot be compared.
     """
     alone: list[Sized] | None = None
-    for number in range(len(now.causes), ROUNDS):
+    for number in range(len(now.causes), most):
         progress(number / ROUNDS)
         few, mine, first = _sampled(windows, now)
         enough, root, tries = ACCEPT_PATH * len(few) / len(windows), _part(few, mine, base), []
@@ -453,8 +490,7 @@ def _exchanged(
         less, instead = [], []
         for k, cause in enumerate(found.causes):
             progress((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
-            restore(windows, found)
-            less.append(polished(windows, fitted(windows, _without(found, k)), thorough=True))
+            less.append(_less(windows, found, k))
             (own, excluded), kind = ([], []), cause.candidate.kind
             if kind not in (BODY, SCATTER):
                 few, mine, first = _sampled(windows, found)
@@ -569,6 +605,12 @@ def _without(state: State, k: int) -> State:
     return state._replace(causes=state.causes[:k] + state.causes[k + 1 :])
 
 
+def _less(windows: Windows, now: State, k: int) -> State:
+    """Return the fit without one of the causes."""
+    restore(windows, now)
+    return polished(windows, fitted(windows, _without(now, k)), thorough=True)
+
+
 def _with_last(state: State, k: int) -> State:
     return state._replace(causes=(*_without(state, k).causes, state.causes[k]))
 
@@ -589,8 +631,7 @@ def _backward(windows: Windows, base: State, now: State) -> State:
         if _passes_drop_one(windows, base, now, k):
             k += 1
             continue
-        restore(windows, now)
-        less = polished(windows, fitted(windows, _without(now, k)), thorough=True)
+        less = _less(windows, now, k)
         if _is_accepted(windows, base, less, _with_last(now, k)):
             k += 1
         else:

@@ -101,6 +101,7 @@ class Path(NamedTuple):
         scatter: of the restitution, in addition to the causes.
         unsure: fall of chi-square, over its level, that the uncertainty of the drive's motion explains.
         deviations: restitutions of single impacts, where it scatters.
+        complete: whether the search ended before its budget.
     """
 
     causes: tuple[Cause, ...]
@@ -117,6 +118,7 @@ class Path(NamedTuple):
     scatter: Scatter | None = None
     unsure: float = 0.0
     deviations: Deviations | None = None
+    complete: bool = True
 
     def widths_of(self, cause: Cause) -> Array | None:
         """Return the widths of one of the causes; ``None`` of another, or of one with other numbers."""

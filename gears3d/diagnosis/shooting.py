@@ -17,6 +17,7 @@ import numpy as np
 from gears3d.diagnosis.evidence import MEANS, begin_of_flight, interpolated, lagged, means_of, read, reader_of, straight
 from gears3d.diagnosis.prediction import GEARS, Rounding, Unfollowed, deviation, errors_of, reading_error
 from gears3d.diagnosis.shooting_kernels import (
+    Exhausted,
     body_of,
     carried,
     film_of,
@@ -67,6 +68,9 @@ NEXT, FLUNG = 1e-3, 4.0
 KICKS, FARTHEST_KICK = 16, 2.0
 # Largest number of impacts and contact losses of a window that are known.
 EVENTS = 512
+# Work of trajectories, in steps between nodes of rigid dry flanks, about 0.1 µs each: of each trajectory, and factor of
+# steps with a law of contact or a second body.
+OVERHEAD, LAWFUL = 600, 4
 
 
 class Starts(NamedTuple):
@@ -88,9 +92,8 @@ class Starts(NamedTuple):
 
     def where(self, better: Array, other: Starts) -> Starts:
         """Return these where they are better, and others elsewhere."""
-        return Starts(
-            *(np.where(better[:, None] if a.ndim > 1 else better, a, b) for a, b in zip(self, other, strict=True))
-        )
+        pairs = zip(self, other, strict=True)
+        return Starts(*(np.where(better[:, None] if a.ndim > 1 else better, a, b) for a, b in pairs))
 
     def only(self, picked: Array) -> Starts:
         """Return those of some windows, by their numbers, (k,)."""
@@ -135,6 +138,7 @@ class Windows:
         self.base, self.effects = rig.rows(), rig.effects
         self.origins = np.array([self.radii[1] * one.origin[1] - self.radii[0] * one.origin[0] for one in tracks])
         self._last: tuple[Any, ...] | None = None
+        self.work = np.full(1, np.inf)  # that trajectories of these windows and their parts may still take
         self.zeros, self.turned = np.zeros(len(tracks)), np.zeros((len(tracks), 2))
         self.lost = np.array([[gear in own for gear in GEARS] for own in unmarked or [()] * len(tracks)])
         rows, seen = [], []
@@ -166,8 +170,7 @@ class Windows:
         self.beyond = share - self.node
         self.single = np.concatenate([np.zeros((0, MEANS)), *(one[3] for one in seen)])
         self.models, self.lasts = [one.model for one in tracks], [float(np.ptp(one.time[[0, -1]])) for one in tracks]
-        self.smooth = [one.smooth for one in tracks]
-        self.apart = np.array([1.0 - one.shared for one in tracks])
+        self.smooth, self.apart = [one.smooth for one in tracks], np.array([1.0 - one.shared for one in tracks])
         self.roots = [
             self._root(k, slow) if max(slow := one.flicker / self._white(k), self._drift(k)) > COLOURED else None
             for k, one in enumerate(self.models)
@@ -208,8 +211,7 @@ class Windows:
         margin = 0.02 * (last - first)
         look = min(max(period, span), 0.5 * (last - first - 2.0 * margin))
         count = max(min(most, int((last - first - 2.0 * margin) / max(look, span))), 0)
-        size = max(int(min(self.fall, period) / (40.0 * known.spacing)), 1)
-        stretches = []
+        size, stretches = max(int(min(self.fall, period) / (40.0 * known.spacing)), 1), []
         for at in np.linspace(first + margin, last - margin - max(look, span), count).tolist():
             time, place = self._place(k, known, at, at + look)
             if (blocks := len(time) // size) > 8:
@@ -256,8 +258,7 @@ class Windows:
         Returns whether the noise model changed.
         """
         rest = self.missed(effects) / self.sigma
-        before = [one is None or one.tobytes() for one in self.roots]
-        usual = self.level(rest)
+        usual, before = self.level(rest), [one is None or one.tobytes() for one in self.roots]
         for k, model in enumerate(self.models):
             own = np.flatnonzero(self.record == k)
             unsure = model.sigmas["flicker"]
@@ -369,6 +370,9 @@ class Windows:
         events, counts = np.zeros((len(self), EVENTS, 7)), np.zeros(len(self), dtype=np.int64)
         torques, about = torques_of(rows, self.values.drag_torque), np.array([*self.radii, self.lever])
         film, body = film_of(rows), body_of(rows)
+        self.work -= OVERHEAD + angle.size * (LAWFUL if len(film) or len(body) else 1)
+        if self.work[0] < 0.0:
+            raise Exhausted
         twist = np.zeros_like(angle if len(body) else angle[:, :0])
         kicks = starts.kicks if self.spread(effects) else starts.kicks[:, :0]
         flow = np.zeros((len(self), angle.shape[1] - 1 if flows and len(film) else 0, 4))
@@ -572,8 +576,7 @@ class Windows:
 
     def turns(self) -> tuple[float, float]:
         """Return the unit of a twist [rad] and its rate [rad/s]."""
-        place, rate = self.units()
-        return place / self.radii[1], FLUNG * rate / self.radii[1]
+        return self.backlash / self.radii[1], FLUNG * self.backlash / self.fall / self.radii[1]
 
     def moved(self, columns: Sequence[Array], rest: Array, spread: float, most: float = np.inf) -> Starts:
         """Return the starts of least residuals, by linear least squares within each window.

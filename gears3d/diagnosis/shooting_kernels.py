@@ -25,6 +25,10 @@ Array = np.ndarray
 BOUNCES, SETTLES, LEAVES = 1.0, 2.0, 3.0
 
 
+class Exhausted(Exception):
+    """Trajectories need more work than is allowed."""
+
+
 def impacts_of(events: Array) -> tuple[Array, Array, Array]:
     """Return window, place among the window's events, and number among its impacts of each impact, (n,).
 

@@ -56,6 +56,14 @@ def test_a_hidden_effect_is_named_and_measured(tmp_path, kind):
     assert found.extended.effects[-1].kind == kind
 
 
+def test_a_search_without_an_end_decides_nothing(tmp_path):
+    hide(plan(1, ("encoder_eccentricity",), size=0.3, records=2, duration=2.0), tmp_path / "c")
+    found = diagnose(tmp_path / "c" / "record.toml", tmp_path / "c" / "rig.toml", effort=0.004)
+    assert found.verdict == "not_decidable"
+    assert not found.causes
+    assert "search-incomplete" in [one.kind for one in found.notes if one.blocks]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [10, 7])
 def test_a_power_of_the_speed_is_told_at_one_mean_speed(seed):

@@ -340,6 +340,21 @@ def test_a_cause_is_found_with_its_size(short, kind):
     assert found.causes[0].numbers[0] == pytest.approx(getattr(effect, found.causes[0].candidate.size), rel=0.05)
 
 
+def test_a_search_ends_with_its_budget_and_keeps_what_a_stage_found(short):
+    effect = catalogue()["drag_viscous"](**HIDDEN["drag_viscous"])
+    results, spent = [], 1e12
+    for part in (1.0, 0.98, 0.02):
+        windows, _ = shot(short, [effect])
+        windows.work[:] = part * spent
+        results.append(path_search(windows, known_of(short, windows)))
+        spent = 1e12 - windows.work[0] if part == 1.0 else spent
+    assert [(one.complete, [each.candidate.kind for each in one.causes]) for one in results] == [
+        (True, ["drag_viscous"]), (False, ["drag_viscous"]), (False, []),
+    ]  # fmt: skip
+    assert results[1].causes[0].numbers[0] == pytest.approx(results[0].causes[0].numbers[0], rel=1e-4)
+    assert results[2].after == pytest.approx(results[0].before, rel=0.1)
+
+
 @pytest.mark.parametrize("order", [3, 12])
 def test_flanks_that_move_are_struck_as_the_power_series_has_them(rig, order):
     """Straight flanks between nodes put the speed of each impact off: order 12 was found 0.6 % too small."""
