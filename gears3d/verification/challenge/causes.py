@@ -54,6 +54,8 @@ KINDS = (
 ASKED = ("carried_inertia",)
 # Periods of a body on a spring in a fall across the backlash, and its damping ratio
 PERIODS, DAMPING = (2.0, 8.0), (0.01, 0.1)
+# Least stiffness of teeth that a scenario accepts, N/m
+SOFTEST = 1e3
 
 _LEADING: dict[str, tuple[str, str, dict[str, Any]]] = {
     "transmission_error": ("amplitude", "m", {}),
@@ -99,7 +101,7 @@ def draw(kind: str, scenario: Scenario, size: float, random: np.random.Generator
     more = {"kind": kind, **more, **_rest(kind, scenario, random)}
     whole = _unit(scenario, more, name, unit)
     sign = float(random.choice((-1.0, 1.0))) if kind in _SIGNED else 1.0
-    value = float(f"{(whole / size if kind == 'tooth_compliance' else sign * size * whole):.6g}")
+    value = float(f"{(max(whole / size, SOFTEST) if kind == 'tooth_compliance' else sign * size * whole):.6g}")
     if kind == "tooth_compliance":
         mass = float(scenario.gears.loose.inertia or 0.0) / scenario.pair().loose.base_radius ** 2
         more["damping"] = quantity(float(f"{2.0 * random.uniform(0.02, 0.2) * sqrt(value * mass):.6g}"), "N s/m")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.simulation import simulate
+from gears3d.verification.challenge.hiding import plan
 from gears3d.verification.challenge.sensing import sense
 from gears3d.verification.challenge.space import DIRT, ORDERS, draw
 from gears3d.verification.challenge.taking import take
@@ -97,6 +98,13 @@ def test_every_rig_is_one_that_a_scenario_can_state(rigs):
         pair = rig.scenario(len(rig.conditions) - 1).pair()
         assert (pair.drive.base_radius, pair.loose.base_radius) == pytest.approx(rig.base_radius, rel=1e-9)
         assert pair.backlash == pytest.approx(rig.backlash, rel=1e-6)
+
+
+def test_teeth_are_hidden_as_soft_as_a_scenario_can_state_them():
+    """In a small rig with little drag, half of the unit size would be below the least stiffness."""
+    rig = draw(1278, 1020)[1277].scenario()
+    (teeth,) = plan(1, ("tooth_compliance",), rig=rig, size=0.5).effects
+    assert rig.with_([("effect[+]", teeth)]).effects[-1].stiffness == 1e3
 
 
 def test_a_seed_and_an_index_repeat_a_rig():
