@@ -394,26 +394,20 @@ def _line_of_counts(one: Evidence) -> float:
     return COUNT_LINE * 2.0 * pi / counts * 0.25 * len(drive.time) / drive.sigma  # half of the mean of a Hann window
 
 
-# Step of a number in units, for slopes.
-SLOPE_STEP = 1e-3
+# Step of a number in units, for slopes; fall of chi-square in a round below which the fit ends.
+SLOPE_STEP, CONVERGED = 1e-3, 0.01
 # Dampings of a step, tried in turn until chi-square falls.
 DAMPINGS = (0.0, 0.01, 1.0)
 # The same with a drag of the mesh among the causes: its response is quadratic, so distant steps overshoot.
 QUADRATIC_DAMPINGS = (*DAMPINGS, 10.0, 100.0)
-# Largest step of a number in a round, in units.
-LARGEST_STEP = 3.0
-# Part of a carried inertia that a round leaves at least.
-FEWEST_PART = 0.3
-# Fall of chi-square in a round below which the fit ends.
-CONVERGED = 0.01
+# Largest step of a number in a round, in units; part of a carried inertia that it leaves at least.
+LARGEST_STEP, FEWEST_PART = 3.0, 0.3
 # Relative standard deviation of numbers, and of phases [rad], by errors of the model, of the drive's curve between
 # readings and of segmentation: in 62 rigs of the blind benchmark (kinds, 124; space, 130 to 169) with little noise, 15
 # of 17 numbers whose own intervals missed the truth were off by 0.11 % at most.
 MODEL = 0.001
-# Digits of numbers without an interval in a scenario.
-DIGITS = 8
-# Digits of those with an interval.
-FEWEST_DIGITS, MOST_DIGITS = 3, 12
+# Digits of numbers in a scenario: without an interval; fewest and most with one.
+DIGITS, FEWEST_DIGITS, MOST_DIGITS = 8, 3, 12
 
 
 class Cause(NamedTuple):
@@ -442,10 +436,16 @@ class Cause(NamedTuple):
         return self.candidate._replace(shape=shape).effect(self.numbers[:sizes])
 
     @property
+    def ended(self) -> bool:
+        """Whether a change in time ends as early as it may: the records show a constant torque, not its change."""
+        times = [one for one in self.free if one == "time_constant"]
+        return any(self.numbers[-1] <= np.log(FREE[self.candidate.kind][one].low) for one in times)
+
+    @property
     def possible(self) -> bool:
-        """Whether the catalogue admits all numbers: no drag drives a gear, and some dry drag is left."""
+        """Whether the catalogue admits all numbers: no drag drives a gear, some dry drag is left, no drift ended."""
         effect, least = self.effect, -MOST_DRAG * self.candidate.unit
-        if effect is None or (self.candidate.kind == "drag_coulomb" and self.numbers[0] <= least):
+        if effect is None or self.ended or (self.candidate.kind == "drag_coulomb" and self.numbers[0] <= least):
             return False
         values = ((getattr(effect, name), one) for name, one in effect.params.items())
         return all(one.low <= value <= one.high for value, one in values if isinstance(value, int | float))

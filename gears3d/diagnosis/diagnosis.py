@@ -109,9 +109,9 @@ CLEAR = 0.02
 # Fall of chi-square that the uncertainty of the drive's motion may explain where channels distinguish hypotheses: it
 # was 1 to 17 in four records with a well-known drive, 124 to 472 in one whose drive is known to 1 %.
 UNSURE = 64.0
-# Work of trajectories of a search, with all else about 0.15 µs each: right searches of the blind benchmark took up to
-# 1.1e9 (space2, 444: two causes; space, 1200).
-WORK = 5e9
+# Work of trajectories of a search, with all else 0.1 to 0.15 µs each: about 40 minutes. Right searches of the blind
+# benchmark took 1.1e9 with two causes (space2, 444), more than 5e9 with four (space4, 411).
+WORK = 2e10
 # Part of a cause's size from which its fit to a trajectory without it begins.
 LITTLE = 0.05
 # Standard deviations by which a number from events may differ from that of the trajectory, and the least standard
@@ -594,7 +594,7 @@ def _diagnosed(
     rings = resonance(admitted, paths)
     if refused is not None:
         whole = searched([])  # a body that the gear carries rings, too
-        if whole is not None and whole.decides and (rings is None or whole.carries):
+        if whole is not None and (whole.decides or whole.agrees) and (rings is None or whole.carries):
             return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
         if rings is not None:
             return _unsegmented(admitted_all, rig, notes, "unexplained", rings)

@@ -90,7 +90,7 @@ EVEN = 0.4
 # difference of an order and a multiple of the fluctuation's below which both coincide.
 FEWEST, FITTED_DIVERGING, LOCKED = 5, 2, 0.003
 # Least ratio of mean squares without and with a scatter, whose kicks also explain errors that are correlated over a
-# flight: coarse encoders gave up to 1.06 in rigs without one, scatters 1.14 and more (space, 458 to 567, 1000, 1056).
+# flight: coarse encoders gave up to 1.06, scatters 1.14 and more (space, 458 to 567, 1056); most runs of white noise.
 BEYOND = 1.1
 # Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most.
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
@@ -262,12 +262,12 @@ def _of_part(
     restore(part, first)
     found, done = _forward(part, known, base, polished(part, first), progress), None
     if found.causes and part.usual(found.rest) < NOISE and _far(part, found.rest) > ACCOUNTS:  # few deviate
-        found = done = _exchanged(part, known, base, found, progress)[0]
+        found = done = _exchanged(part, known, base, found, progress, grown=False)[0]
     if found.causes and _far(part, found.rest) > ACCOUNTS:  # other causes may hide a law
         found = min(found, _law_first(part, known, base, found) or found, key=lambda one: _far(part, one.rest))
         restore(part, found)
     if found is not done and found.causes and _far(part, found.rest) > ACCOUNTS:
-        found = _exchanged(part, known, base, found, progress)[0]
+        found = _exchanged(part, known, base, found, progress, grown=False)[0]
     whole = polished(windows, _carried(windows, found))
     new = {one.candidate.kind for one in found.causes} - {one.candidate.kind for one in first.causes}
     if new & set(LAWS) and windows.usual(whole.rest) > NOISE:
@@ -472,11 +472,12 @@ def _without_causes(windows: Windows, now: State) -> State:
 
 
 def _exchanged(
-    windows: Windows, known: Sequence[Candidate], base: State, found: State, progress: Callable[[float], None]
-) -> tuple[State, list[State], list[tuple[list[State], list[Rival]]]]:
+    windows: Windows, known: Sequence[Candidate], base: State, found: State, progress: Callable[[float], None],
+    *, grown: bool = True,
+) -> tuple[State, list[State], list[tuple[list[State], list[Rival]]]]:  # fmt: skip
     """Return a state with causes replaced by others that explain more, or as much with fewer numbers.
 
-    Forward selection took the first causes without the later ones.
+    Forward selection took the first causes without the later ones. If grown, a hypothesis may show one more cause.
 
     Returns:
         State, states of the drop-one tests, and hypotheses in the place of each cause; those that a sample of
@@ -495,8 +496,7 @@ def _exchanged(
             if kind not in (BODY, SCATTER):
                 few, mine, first = _sampled(windows, found)
                 few.sampled = windows.part_of(few)  # the best one's motion is that of all windows
-                plain = _part(few, mine, less[-1])
-                gain = gain_of(few, plain, first)[0]
+                gain = gain_of(few, plain := _part(few, mine, less[-1]), first)[0]
                 least = least_excluding(few, gain, first.rest)
                 laws = [one for one in known if kind in LAWS and one.kind in {OIL, SOFT} - {kind}]
                 asked = sized(few, laws, plain, plain)
@@ -512,9 +512,9 @@ def _exchanged(
                         own.append(_whole(windows, found, few, one))
             same = _with_last(found, k)
             able = [one for one in own if _is_accepted(windows, base, less[-1], one)]
-            more = [_of_diverging(windows, known, base, one) for one in (able if left else ())]
-            if grown := [one for one in more if one is not None]:  # shows a cause that this hypothesis hides
-                found = _forward(windows, known, base, grown[0], lambda part: None)
+            more = [_of_diverging(windows, known, base, one) for one in (able if left and grown else ())]
+            if shows := [one for one in more if one is not None]:  # a cause that this hypothesis hides
+                found = _forward(windows, known, base, shows[0], lambda part: None)
                 break
             least = least_excluding(windows, gain_of(windows, less[-1], found)[0], found.rest)
             if left and len(found.causes) > 1:  # an equivalent cause may make others needless
@@ -580,9 +580,9 @@ def _is_significant(windows: Windows, base: State, less: State, more: State) -> 
 
 
 def _kicks(windows: Windows, less: State, more: State) -> bool:
-    """Return whether a scatter explains more than correlated errors would let it."""
+    """Return whether a scatter explains more than correlated errors would let it, or leaves white noise."""
     before, after = (float(np.mean(windows.level(one.rest))) for one in (less, more))
-    return before >= BEYOND * after
+    return before >= BEYOND * after or windows.runs(more.rest) < BEYOND
 
 
 def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | None:

@@ -17,7 +17,6 @@ import numpy as np
 from gears3d.diagnosis.evidence import MEANS, begin_of_flight, interpolated, lagged, means_of, read, reader_of, straight
 from gears3d.diagnosis.prediction import GEARS, Rounding, Unfollowed, deviation, errors_of, reading_error
 from gears3d.diagnosis.shooting_kernels import (
-    Exhausted,
     body_of,
     carried,
     film_of,
@@ -25,6 +24,7 @@ from gears3d.diagnosis.shooting_kernels import (
     impacts_of,
     shoot,
     slowing,
+    spend,
     swayed,
     swing,
     torques_of,
@@ -68,9 +68,6 @@ NEXT, FLUNG = 1e-3, 4.0
 KICKS, FARTHEST_KICK = 16, 2.0
 # Largest number of impacts and contact losses of a window that are known.
 EVENTS = 512
-# Work of trajectories, in steps between nodes of rigid dry flanks, about 0.1 µs each: of each trajectory, and factor of
-# steps with a law of contact or a second body.
-OVERHEAD, LAWFUL = 600, 4
 
 
 class Starts(NamedTuple):
@@ -361,7 +358,9 @@ class Windows:
 
     def _run(self, effects: Sequence[Any], starts: Starts, *, flows: bool = False) -> _Run:
         """Return the trajectory of the rig with more effects, with transition matrices on request."""
-        rows, sensors, seen, loose, ahead, wrong, (angle, speed, rate), flanks = self._shared(effects)
+        rows, sensors, seen, loose, ahead, wrong, (angle, speed, rate), flanks, runs = self._shared(effects)
+        if (own := (flows, *(x.tobytes() for x in starts))) in runs:
+            return runs[own]
         laws = np.array([self.values.restitution, 0.0, 0.0])
         for row in rows:
             if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
@@ -370,9 +369,7 @@ class Windows:
         events, counts = np.zeros((len(self), EVENTS, 7)), np.zeros(len(self), dtype=np.int64)
         torques, about = torques_of(rows, self.values.drag_torque), np.array([*self.radii, self.lever])
         film, body = film_of(rows), body_of(rows)
-        self.work -= OVERHEAD + angle.size * (LAWFUL if len(film) or len(body) else 1)
-        if self.work[0] < 0.0:
-            raise Exhausted
+        spend(self.work, angle.size, contacts=len(film) + len(body) > 0)
         twist = np.zeros_like(angle if len(body) else angle[:, :0])
         kicks = starts.kicks if self.spread(effects) else starts.kicks[:, :0]
         flow = np.zeros((len(self), angle.shape[1] - 1 if flows and len(film) else 0, 4))
@@ -392,10 +389,11 @@ class Windows:
         made += self.zeros[self.record[self.window]]
         made += self.shown(sensors, wrong, loose, (path, pace, flanks, events, counts))
         about = made, path, pace, starts, (seen, loose), (angle, speed, rate), ahead, events, counts, flanks, flow
-        return _Run(*about, twist, body)
+        runs.clear()
+        return runs.setdefault(own, _Run(*about, twist, body))
 
     def _shared(self, effects: Sequence[Any]) -> tuple[Any, ...]:
-        """Return what all starts share: rows, sensors, angles, errors of the drive's readings, its motion, flanks."""
+        """Return what all starts share: rows, sensors, angles, drive's reading errors and motion, flanks, last run."""
         key = (id(self.drive[0]), *map(id, effects)), *(x.tobytes() for x in (self.zeros, self.turned, self.motion))
         if self._last is not None and self._last[0] == key:  # several starts are tried with the same effects
             return self._last[2]
@@ -408,7 +406,7 @@ class Windows:
         loose = (self.radii[0] * drive[0] + zero) / self.radii[1] + turned[:, 1:]
         active, reverse = self.flanks(rows, drive[0] + turned[:, :1], loose)
         ahead, flanks = zero[:, 0] / self.radii[1] + turned[:, 1], (active, reverse + self.backlash)
-        self._last = key, (self.drive, *effects), (rows, sensors, seen, loose, ahead, wrong, drive, flanks)
+        self._last = key, (self.drive, *effects), (rows, sensors, seen, loose, ahead, wrong, drive, flanks, {})
         return self._last[2]
 
     def off(self, sensors: Sequence[Any], seen: Array) -> list[Array] | None:

@@ -23,10 +23,22 @@ if TYPE_CHECKING:
 Array = np.ndarray
 # Types of events of a window: impact, impact whose bounces end within half a step, contact loss.
 BOUNCES, SETTLES, LEAVES = 1.0, 2.0, 3.0
+# Work of a trajectory itself, and factor of its steps with a law of contact or a second body.
+OVERHEAD, LAWFUL = 600, 4
 
 
 class Exhausted(Exception):
     """Trajectories need more work than is allowed."""
+
+
+def spend(work: Array, nodes: int, *, contacts: bool) -> None:
+    """Reduce the work that is allowed, in steps of rigid dry flanks, about 0.1 µs each; raise :class:`Exhausted`.
+
+    contacts: whether a law of contact, or a second body, is integrated.
+    """
+    work -= OVERHEAD + nodes * (LAWFUL if contacts else 1)
+    if work[0] < 0.0:
+        raise Exhausted
 
 
 def impacts_of(events: Array) -> tuple[Array, Array, Array]:

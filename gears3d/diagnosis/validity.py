@@ -108,7 +108,7 @@ def split_accepted(
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
     stated = [
         *notes,
-        *record_notes(found.records),
+        *record_notes(found.records, followed=windows is not None),
         *cause_notes(rig, own),
         *speed_notes(found.records, own),
         *(why for why in weak if why is not None),
@@ -322,8 +322,8 @@ def _with_some(found: Search, stays: Sequence[bool]) -> Search:
     return found._replace(fit=now, left=score(found.known, now.rest, directions(found.records, now)))
 
 
-def record_notes(records: Sequence[Evidence]) -> list[Note]:
-    """Return the limits of the information in measured records."""
+def record_notes(records: Sequence[Evidence], *, followed: bool) -> list[Note]:
+    """Return the limits of the information in measured records; followed: whether their trajectories are explained."""
     notes: list[Note] = []
     if not any(len(one.channels.drive.time) for one in records):  # identified by their paths alone
         return notes
@@ -334,6 +334,10 @@ def record_notes(records: Sequence[Evidence]) -> list[Note]:
         remedy = f"record at least {FEWEST_PERIODS:.0f} periods, better 30"
         notes.append(Note("too-short", text, remedy, "", True))
     still = [one for one in records if not len(one.channels.flights.time) and not len(one.channels.impacts.time)]
+    free = [one for one in records if len(one.channels.flights.time) >= FEWEST_EVENTS]
+    if free and not followed and not any(len(one.motion.harmonics) for one in free):
+        text = "gears lose contact, but the motion of the drive has no fluctuation that its encoder resolves"
+        notes.append(Note("motion-unseen", text, "record with a finer encoder of the drive", "", True))
     reason = "without free flights, drag, restitution and backlash are not observable"
     remedy = "increase the fluctuation of the drive: `gears3d excitation` prints the threshold"
     if len(still) == len(records):

@@ -12,7 +12,6 @@ import numpy as np
 from gears3d.diagnosis.causes import (
     ACCEPT,
     EXCLUDED,
-    FREE,
     LARGEST,
     SMALLEST,
     Cause,
@@ -243,7 +242,7 @@ def name_causes(
             less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
             gain = less.chi2 - now.chi2
             text = evidence_sentence(found, cause, less.rest, gain)
-        own_others = [one._replace(excluded=True, deviance=LEAST) if _has_ended(one) else one for one in others[k]]
+        own_others = [one._replace(excluded=True, deviance=LEAST) if one.causes[-1].ended else one for one in others[k]]
         places = options(effect.kind, gain, [(one.kinds, one.deviance) for one in own_others])
         able = [not one.excluded and by.probability >= STATED for one, by in zip(own_others, places[1:-2], strict=True)]
         alternatives = tuple(open_hypothesis(one) for one, is_able in zip(own_others, able, strict=True) if is_able)
@@ -369,16 +368,10 @@ def open_hypothesis(rival: Rival) -> dict[str, str]:
     return {"kind": " + ".join(rival.kinds), "why": f"{why} ({_shapes(rival)})"}
 
 
-def _has_ended(rival: Rival) -> bool:
-    """Return whether a change in time ends as early as it may: the records show a constant torque, not its change."""
-    last, free = rival.causes[-1], FREE.get(rival.causes[-1].candidate.kind, {})
-    return "time_constant" in free and bool(last.numbers[-1] <= np.log(free["time_constant"].low))
-
-
 def excluded_hypothesis(rival: Rival) -> dict[str, str]:
     """Return a hypothesis that is excluded, by the data or by its small probability, as ``kind`` and ``why``."""
     why = f"fits worse by {significance(rival.worse)}"
-    if _has_ended(rival):
+    if rival.causes[-1].ended:
         why = "ends before the records show it: the torque that is left is constant"
     elif not rival.excluded:
         why = f"probability below {STATED:.1%}, by its fit and the number of its parameters"

@@ -11,6 +11,7 @@ import pytest
 
 from gears3d import cli
 from gears3d.diagnosis import diagnose
+from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
@@ -56,9 +57,20 @@ def test_a_hidden_effect_is_named_and_measured(tmp_path, kind):
     assert found.extended.effects[-1].kind == kind
 
 
+def test_records_that_cannot_be_segmented_agree_by_their_path(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise InputError(Fault("", "does not fly", "record faster"))
+
+    hide(plan(1, (), records=2, duration=2.0), tmp_path / "c")
+    monkeypatch.setattr("gears3d.diagnosis.diagnosis.segmented", refuse)
+    found = diagnose(tmp_path / "c" / "record.toml", tmp_path / "c" / "rig.toml")
+    assert found.verdict == "nothing_to_add"
+    assert max(found.power.values()) < 0.1
+
+
 def test_a_search_without_an_end_decides_nothing(tmp_path):
     hide(plan(1, ("encoder_eccentricity",), size=0.3, records=2, duration=2.0), tmp_path / "c")
-    found = diagnose(tmp_path / "c" / "record.toml", tmp_path / "c" / "rig.toml", effort=0.004)
+    found = diagnose(tmp_path / "c" / "record.toml", tmp_path / "c" / "rig.toml", effort=0.001)
     assert found.verdict == "not_decidable"
     assert not found.causes
     assert "search-incomplete" in [one.kind for one in found.notes if one.blocks]

@@ -17,7 +17,7 @@ from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
 from gears3d.verification.challenge import hide
-from tests.diagnosis.blind import FINE, NOISY, PARTS, Case, cases
+from tests.diagnosis.blind import FINE, NOISY, PARTS, Case, cases, play
 
 BACKLASH = 1e-4
 
@@ -103,6 +103,13 @@ def test_of_one_record_all_is_told():
     records = [record("a", 8192, 20), record("b", 8192, 0)]
     rest = np.full(20, 3.0)
     assert len(without_quantisation(records, rest, looked)[0]) == 1
+
+
+def test_a_fluctuation_that_no_encoder_resolves_leaves_causes_undecided():
+    """Its amplitude is a seventh of a count: drag, scatter and torques over the angle were named instead of a drag."""
+    found = play(next(iter(cases("space", 1269, 1))))
+    assert found["verdict"] == "not_decidable"
+    assert not found["causes"]
 
 
 @pytest.mark.slow

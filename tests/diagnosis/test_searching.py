@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import Candidate, Contacts, Drive, begin, uncut
-from gears3d.diagnosis.causes import ACCEPT, Fit, Scored, acceptable, fit, has_possible_size, is_accepted
+from gears3d.diagnosis.causes import ACCEPT, Fit, Scored, acceptable, fit, has_possible_size, is_accepted, within_bounds
 from gears3d.diagnosis.search import _base, _held, badly_segmented, search, without_outliers
 from gears3d.scenario import load
 
@@ -112,6 +112,13 @@ def test_a_drag_that_drives_is_no_cause_however_well_it_fits(kind):
     assert has_possible_size(begin(drag, np.array([0.3])))
     assert not has_possible_size(begin(drag, np.array([-0.3])))
     assert not begin(drag, np.array([0.0])).possible  # nothing at all
+
+
+@pytest.mark.parametrize(("time", "possible"), [(0.1, False), (0.11, True), (1e4, True)])
+def test_a_change_that_ends_as_early_as_it_may_is_a_constant_torque(time, possible):
+    drift = begin(Candidate("drag_drift", {"time_constant": 1.0}, "relative_change", 1.0, False, ("flight",)), [0.2])
+    ended = drift._replace(numbers=within_bounds(drift, np.array([0.2, np.log(time)])))
+    assert ended.possible == has_possible_size(ended) == possible
 
 
 def test_a_cause_that_is_there_is_no_candidate_any_more():
