@@ -29,7 +29,7 @@ from gears3d.diagnosis.causes import (
     within_bounds,
 )
 from gears3d.diagnosis.evidence import fluctuation_orders, orthonormal
-from gears3d.diagnosis.prediction import GEARS
+from gears3d.diagnosis.prediction import GEARS, restitution
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, order_of, reference
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows
 from gears3d.diagnosis.shooting_kernels import impacts_of
@@ -53,18 +53,14 @@ TWISTED, SWUNG = 1e-4, 10.0
 SWAYED, FILMED = 0.006, 0.002
 # Part of the size, and least size in units, that is the step for sensitivities of laws of contact.
 BENT, LEAST = 0.02, 0.1
-# Largest number of causes, and of Gauss-Newton rounds.
-ROUNDS = 8
+# Largest number of causes, and of Gauss-Newton rounds; rounds in which starts are refitted before a step is judged.
+ROUNDS, SETTLING = 8, 2
 # Largest steps in a round: of numbers and of starts in units, and of angular datums in radians.
 FARTHEST = (0.5, 0.2, 0.05)
 # Smallest part of the square of a start's column that must be independent of the other columns.
 DEPENDENT = 1e-9
-# Parts of a step that are tried (line search).
-DAMPED = (1.0, 0.3, 0.1)
-# Rounds in which starts are refitted after a step of the numbers before it is judged.
-SETTLING = 2
-# Factors on the size of a cause that are tried.
-SCAN = (0.8, 1.25)
+# Parts of a step (line search), and factors on the size of a cause, that are tried.
+DAMPED, SCAN = (1.0, 0.3, 0.1), (0.8, 1.25)
 # Multiple of the level at which the mean square of a window is clipped: its motion diverges from the model's.
 FAR = 9.0
 # Median mean square of residuals, in variances of the noise, up to which the trajectory is explained: noise that is
@@ -729,7 +725,11 @@ def with_spread(windows: Windows, now: State) -> State:
         return now
     level = windows.level(now.rest)
     known = level <= FAR * float(np.median(level))  # kicks of a diverging window are of any size
-    square = np.sum(windows.starts.kicks[known] ** 2) / max(float(own[1][known].sum()), 1e-9) - windows.spread(()) ** 2
+    rows = [*windows.base, *(row for effect in effects_of(now.causes) for row in effect.rows(windows.values))]
+    mean = restitution(rows, windows.values.restitution, np.zeros(1), np.zeros(1))
+    kicks, sure = windows.starts.kicks[known], own[1][known]
+    sure = np.where((kicks > -mean) & (kicks < 1.0 - mean), sure, 0.0)  # beyond, the rebound is the same
+    square = np.sum(sure * kicks**2) / max(float(np.sum(sure**2)), 1e-9) - windows.spread(()) ** 2
     last = now.causes[k]
     size = np.clip(np.sqrt(max(square, 0.0)), 0.1 * SMALLEST * last.candidate.unit, last.candidate.unit)
     causes = (*now.causes[:k], last._replace(numbers=np.array([size])), *now.causes[k + 1 :])

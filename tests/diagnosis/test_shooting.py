@@ -23,6 +23,7 @@ from gears3d.diagnosis.path_fit import (
     rezeroed,
     settled,
     state_of,
+    with_spread,
 )
 from gears3d.diagnosis.path_search import path_search
 from gears3d.diagnosis.run_information import WIDEST, widths_of
@@ -338,6 +339,20 @@ def test_a_cause_is_found_with_its_size(short, kind):
     found = path_search(windows, known_of(short, windows))
     assert [one.candidate.kind for one in found.causes] == [kind]
     assert found.causes[0].numbers[0] == pytest.approx(getattr(effect, found.causes[0].candidate.size), rel=0.05)
+
+
+def test_a_deviation_beyond_any_restitution_is_no_scatter(rig):
+    """A rebound with a restitution of 1 is the same for any larger one: such a deviation is of any size."""
+    windows, _ = shot(rig)
+    scatter = Candidate("restitution_scatter", {}, "standard_deviation", 0.7, False, ())
+    causes = (begin(scatter, np.array([0.1])),)
+    sizes = []
+    for far in (0.0, 1.5):
+        windows.starts = windows.starts._replace(kicks=np.full_like(windows.starts.kicks, 0.05))
+        windows.starts.kicks[0, 0] = far
+        now = state_of(windows, causes, windows.residuals(effects_of(causes)))
+        sizes.append(float(with_spread(windows, now._replace(rest=np.zeros_like(now.rest))).causes[0].numbers[0]))
+    assert sizes[1] == pytest.approx(sizes[0], rel=0.1)
 
 
 def test_a_search_ends_with_its_budget_and_keeps_what_a_stage_found(short):
