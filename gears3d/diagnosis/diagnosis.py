@@ -585,7 +585,8 @@ def _diagnosed(
         whole = searched([])
         if whole is not None and (whole.decides or whole.agrees):
             return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
-        return _unsegmented(admitted_all, rig, [*notes, _not_explained(whole)], "not_decidable")
+        stated = [*notes, _not_explained(whole), *(whole.notes if whole is not None else ())]
+        return _unsegmented(admitted_all, rig, stated, "not_decidable")
     records, refused = [], None
     try:
         records, notes = segmented(admitted, notes, tell, paths)

@@ -172,7 +172,7 @@ def path_search(
 def _stages(
     windows: Windows, known: Sequence[Candidate], base: State, found: State, progress: Callable[[float], None]
 ) -> Iterator[_Stage]:
-    """Yield the results of the stages of a search, with the competing hypotheses after the last."""
+    """Yield the result of each stage of a search; competing hypotheses follow from the last."""
     shown = windows.read
     if found.causes:
         now = _backward(windows, base, found)

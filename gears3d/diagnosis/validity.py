@@ -336,7 +336,7 @@ def record_notes(records: Sequence[Evidence], *, followed: bool) -> list[Note]:
     still = [one for one in records if not len(one.channels.flights.time) and not len(one.channels.impacts.time)]
     free = [one for one in records if len(one.channels.flights.time) >= FEWEST_EVENTS]
     if free and not followed and not any(len(one.motion.harmonics) for one in free):
-        text = "gears lose contact, but the motion of the drive has no fluctuation that its encoder resolves"
+        text = "gears lose contact, but the readings of the drive show no periodic fluctuation"
         notes.append(Note("motion-unseen", text, "record with a finer encoder of the drive", "", True))
     reason = "without free flights, drag, restitution and backlash are not observable"
     remedy = "increase the fluctuation of the drive: `gears3d excitation` prints the threshold"
