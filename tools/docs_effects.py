@@ -39,6 +39,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "drag_drift": {"relative_change": 1.0, "time_constant": "1 s"},
     "drag_position": {"amplitude": "0.15 N m", "order": 2},
     "drag_power": {"coefficient": "30 mN m", "exponent": 1.5},
+    "drag_stick_slip": {"amplitude": "0.15 N m", "angle": "40 deg"},
     "drag_viscous": {"coefficient": "50 mN m s/rad"},
     "drive_motion": {"amplitude": "2 rpm", "frequency": "9 Hz"},
     "eccentricity": {"offset": "60 um", "gear": "drive"},

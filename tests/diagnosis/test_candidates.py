@@ -11,8 +11,9 @@ from gears3d.diagnosis.causes import FREE, MOST_DRAG, begin, candidates, moved
 from gears3d.effects import Gate, Param, Refined, Rig, catalogue, torque_linear, torque_power
 
 RIG = Rig(0.148, 0.13, 0.0695, 0.22, 250e-6, 0.3, 3.0, 9, 7, face_width=0.02)
-# Kinds that are fitted without a regressor, since they change all of the motion or every impact by itself.
-WITHOUT = {"oil_film", "tooth_compliance", "carried_inertia", "mesh_friction", "restitution_scatter"}
+# Kinds that are fitted without a regressor, since they change all of the motion or every impact by itself, or have no
+# shapes to try.
+WITHOUT = {"oil_film", "tooth_compliance", "carried_inertia", "mesh_friction", "restitution_scatter", "drag_stick_slip"}
 
 
 def _kinds(rig=RIG):

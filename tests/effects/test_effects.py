@@ -28,6 +28,7 @@ EXAMPLES = {
     "drag_differential": {"coefficient": 1e-3, "shaft_speed": 20.0},
     "drag_position": {"amplitude": 0.02},
     "drag_drift": {"relative_change": -0.2, "time_constant": 60.0},
+    "drag_stick_slip": {"amplitude": 0.02, "angle": 0.5},
     "mesh_drag": {"coefficient": 1e-3},
     "mesh_friction": {"coefficient": 0.05},
     "restitution_offset": {"offset": 0.1},

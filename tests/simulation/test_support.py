@@ -32,6 +32,7 @@ EXAMPLES = {
     "drag_differential": {"coefficient": "1 mN m s/rad", "shaft_speed": "20 rad/s"},
     "drag_position": {"amplitude": "20 mN m"},
     "drag_drift": {"relative_change": -0.2, "time_constant": "1 s"},
+    "drag_stick_slip": {"amplitude": "20 mN m", "angle": "30 deg"},
     "mesh_drag": {"coefficient": "10 mN m s/rad"},
     "mesh_friction": {"coefficient": 0.05},
     "restitution_offset": {"offset": 0.1},

@@ -51,7 +51,7 @@ KINDS = (
     "encoder_skew",
 )
 # Kinds that are hidden where they are asked for: what a seed draws among the others stays what it was
-ASKED = ("carried_inertia",)
+ASKED = ("carried_inertia", "drag_stick_slip")
 # Periods of a body on a spring in a fall across the backlash, and its damping ratio
 PERIODS, DAMPING = (2.0, 8.0), (0.01, 0.1)
 # Least stiffness of teeth that a scenario accepts, N/m
@@ -69,6 +69,7 @@ _LEADING: dict[str, tuple[str, str, dict[str, Any]]] = {
     "drag_differential": ("coefficient", "N m s/rad", {"shaft_speed": "0 rad/s"}),
     "drag_position": ("amplitude", "N m", {}),
     "drag_drift": ("relative_change", "", {"time_constant": "5 s"}),
+    "drag_stick_slip": ("amplitude", "N m", {"angle": "60 deg"}),
     "mesh_drag": ("coefficient", "N m s/rad", {}),
     "mesh_friction": ("coefficient", "", {}),
     "restitution_offset": ("offset", "", {}),
@@ -148,6 +149,8 @@ def _rest(kind: str, scenario: Scenario, random: np.random.Generator) -> dict[st
         rest["exponent"] = round(float(random.uniform(1.5, 2.5)), 2)
     elif kind == "drag_differential":
         rest["shaft_speed"] = f"{random.uniform(0.2, 0.8) * speed:.6g} rad/s"
+    elif kind == "drag_stick_slip":
+        rest |= {"angle": f"{360.0 / random.uniform(5.0, 15.0):.4f} deg", "phase": phase}
     elif kind == "drag_drift":
         rest["time_constant"] = f"{random.uniform(0.2, 0.5) * scenario.run.duration:.4g} s"
     elif kind == "drive_motion":
@@ -174,7 +177,7 @@ def _torque(code: int, name: str, where: tuple[str, ...], orders: tuple[float, .
         torque = size * _drag(scenario)
         if code == STICK_SLIP:
             phase /= 2.0 * pi
-        row = (float(code), torque, order, phase, _loose_speed(scenario))
+        row = (float(code), torque, order, phase, 0.0 if code == STICK_SLIP else _loose_speed(scenario))
         return Foreign(name, {"torque": torque, "order": order, "phase": phase}, where, (row,))
 
     return draw

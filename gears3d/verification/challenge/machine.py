@@ -13,11 +13,12 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from gears3d.errors import Fault, InputError
-from gears3d.verification.challenge.physics import DRIVE, EDGE_POINTS, LOOSE, MACHINE
+from gears3d.verification.challenge.physics import DRIVE, EDGE_POINTS, LOOSE, MACHINE, STICK_SLIP
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
+SLIP = 1.0 / 17.0  # Part of a cycle of stick-slip that a slip of the catalogue takes
 SENSORS = ("encoder_eccentricity", "encoder_skew")  # Kinds that act in :mod:`gears3d.verification.challenge.sensing`
 
 
@@ -43,6 +44,7 @@ class _Draft:
         self.axes: list[tuple[float, ...]] = []
         self.position: list[tuple[float, ...]] = []
         self.tooth: list[tuple[float, ...]] = []
+        self.foreign: list[tuple[float, ...]] = []
         self.sines = [(h.amplitude, 2.0 * pi * h.frequency, h.phase) for h in scenario.motion.harmonics]
 
     def add(self, e: dict[str, Any]) -> None:
@@ -94,6 +96,10 @@ class _Draft:
 
     def _drag_position(self, e: dict[str, Any]) -> None:
         self.position.append((e["order"], e["amplitude"], e["phase"]))
+
+    def _drag_stick_slip(self, e: dict[str, Any]) -> None:
+        order, wound = 2.0 * pi / e["angle"], e["phase"] / (2.0 * pi)
+        self.foreign.append((float(STICK_SLIP), e["amplitude"], order, wound, SLIP))
 
     def _drag_drift(self, e: dict[str, Any]) -> None:
         self._once("drift", (e["relative_change"], e["time_constant"]))
@@ -178,7 +184,7 @@ def machine(scenario: Scenario, foreign: Sequence[Sequence[float]] = (), second:
             draft.add(values(effect))
     pair = scenario.pair()
     tables = {"sines": [s for s in draft.sines if s[0] != 0.0], "waves": draft.waves, "axes": draft.axes}
-    tables |= {"position": draft.position, "teeth": draft.tooth, "foreign": list(foreign)}
+    tables |= {"position": draft.position, "teeth": draft.tooth, "foreign": [*draft.foreign, *foreign]}
     m = np.zeros(1, MACHINE)[0]
     for name, rows in tables.items():
         if len(rows) > len(m[name]):

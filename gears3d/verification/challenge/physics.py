@@ -214,13 +214,25 @@ def smooth_torque(m, t, th2, w2, touching):
         elif code == COGGING:
             torque += a * (w2 / d) * np.cos(b * th2 + c)
         elif code == STICK_SLIP:
-            wound = b * th2 / (2.0 * pi) + c
-            torque += a * (2.0 * (wound - floor(wound)) - 1.0)
+            torque += a * _sawtooth(b * th2 / (2.0 * pi) + c, d)
         elif code == DRIVE_ANGLE:
             torque += a * np.cos(b * drive(m, t)[0] + c)
         elif code == ADHESION:
             torque += a * m.rb2 * exp(-max(gap(m, ACTIVE, t, th2, w2)[0], 0.0) / b)
     return torque
+
+
+@njit(cache=True)
+def _sawtooth(wound, slip):
+    """Sawtooth that rises by 2 in a cycle and falls at its end, over a part of the cycle where slips last."""
+    part = wound - floor(wound)
+    rise = 2.0 * part - 1.0
+    if slip > 0.0:
+        if part < 0.5 * slip:
+            return rise + 1.0 - 2.0 * part / slip
+        if part > 1.0 - 0.5 * slip:
+            return rise - 1.0 + 2.0 * (1.0 - part) / slip
+    return rise
 
 
 @njit(cache=True)

@@ -24,7 +24,7 @@ ALIKE = {
     "restitution_speed": ("oil_film", "restitution_offset"),
 }
 # Names of causes that were outside the catalogue once, and the kinds that they are now
-SINCE = {"a body behind a coupling with play": "carried_inertia"}
+SINCE = {"a body behind a coupling with play": "carried_inertia", "stick-slip": "drag_stick_slip"}
 MEMBERS = 4  # Members of a set of causes, up to which it is right where the true one is in it
 # An order of one gear is one of the other, too, times the ratio of teeth: of a foreign order nothing tells whose
 OTHER_GEAR = {
@@ -35,7 +35,7 @@ OTHER_GEAR = {
 }
 CHALLENGE = "name the folder that `gears3d challenge --out` wrote"
 # By whose angle effects go that do not name their gear
-GEARS = {"drag_position": "loose", "backlash_variation": "drive", "drive_motion": None}
+GEARS = {"drag_position": "loose", "drag_stick_slip": "loose", "backlash_variation": "drive", "drive_motion": None}
 VERDICTS = ("nothing_to_add", "explained", "partly_explained", "unexplained", "not_decidable")
 
 

@@ -282,6 +282,7 @@ SIZES: dict[str, tuple[str, Effect, str]] = {
     "drag as a power of speed": ("drag_power", {"exponent": 1.5}, "coefficient=5e-3 N m"),
     "drag against a shaft": ("drag_differential", {"shaft_speed": "60 rpm"}, "coefficient=5e-3 N m s/rad"),
     "drag over position": ("drag_position", {"order": 5, "phase": "40 deg"}, "amplitude=0.02 N m"),
+    "stick-slip": ("drag_stick_slip", {"angle": "50 deg", "phase": "40 deg"}, "amplitude=0.02 N m"),
     "drag that drifts": ("drag_drift", {"time_constant": "0.1 s"}, "relative_change=0.1"),
     "drag in mesh": ("mesh_drag", {}, "coefficient=5e-3 N m s/rad"),
     "restitution offset": ("restitution_offset", {}, "offset=0.05"),
@@ -292,7 +293,7 @@ SIZES: dict[str, tuple[str, Effect, str]] = {
 }
 
 # Effects that have one sign
-RESIST = ("viscous drag", "drag as a power of speed", "drag against a shaft", "drag in mesh")
+RESIST = ("stick-slip", "viscous drag", "drag as a power of speed", "drag against a shaft", "drag in mesh")
 
 
 def effect(name: str, scale: float) -> list[Effect]:

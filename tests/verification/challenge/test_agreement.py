@@ -69,6 +69,15 @@ def test_a_body_on_a_spring_agrees(play, step):
     assert apart(ours, happen(rattle([], "0.5 s"))) > 1e-5
 
 
+def test_stick_slip_of_straight_lines_agrees_with_its_harmonics():
+    """Contact that ends at the rounded corner of a slip ends a little earlier or later."""
+    slips = {"kind": "drag_stick_slip", "amplitude": "0.06 N m", "angle": "37 deg", "phase": "50 deg"}
+    ours, theirs = beside(rattle([slips]))
+    moved = apart(ours, happen(rattle([])))
+    assert moved > 2e-5
+    assert apart(ours, theirs) < 0.02 * moved
+
+
 @pytest.mark.slow
 def test_teeth_that_yield_agree_and_converge():
     errors = []

@@ -58,7 +58,7 @@ def test_unknown_kinds_are_told():
         plan(1, ("drag_viscos",))
 
 
-@pytest.mark.parametrize("name", [*UNKNOWN, "encoder_skew", "oil_film", "carried_inertia"])
+@pytest.mark.parametrize("name", [*UNKNOWN, "encoder_skew", "oil_film", "carried_inertia", "drag_stick_slip"])
 def test_what_is_hidden_shows_in_the_records(name):
     signals = []
     for kinds in ((name,), ()):
