@@ -454,8 +454,8 @@ class Cause(NamedTuple):
     def units(self) -> Array:
         """Size of a unit of each number, (p,)."""
         sizes = 2 if self.candidate.phased else 1
-        bends = [FREE[self.candidate.kind][name] for name in self.free]
-        own = [1.0 if bend.log else abs(self.candidate.shape[n]) for n, bend in zip(self.free, bends, strict=True)]
+        bends, shape = [FREE[self.candidate.kind][name] for name in self.free], self.candidate.shape
+        own = [x.unit or (1.0 if x.log else abs(shape[n])) for n, x in zip(self.free, bends, strict=True)]
         return np.array([self.candidate.unit] * sizes + own)
 
 
@@ -616,9 +616,7 @@ def parameters(cause: Cause, covariance: Array, unsure: float = 0.0, widths: Any
     effect: Any = cause.effect
     found, sizes = {}, 2 if cause.candidate.phased else 1
     wide = np.ones((len(cause.numbers), 2)) if widths is None else widths
-    numbers, units = cause.numbers, _units(effect)
-    name = cause.candidate.size
-    errs = MODEL
+    numbers, units, name, errs = cause.numbers, _units(effect), cause.candidate.size, MODEL
     if effect.kind == "tooth_compliance":  # MODEL is of the backlash, and stiff teeth yield little of it
         errs *= float(np.sqrt(2.0 * max(numbers[0] / cause.candidate.unit, 0.5)))
     if cause.candidate.phased:
@@ -634,9 +632,10 @@ def parameters(cause: Cause, covariance: Array, unsure: float = 0.0, widths: Any
         sigma = np.hypot(wide[0] * np.sqrt(covariance[0, 0]), np.hypot(errs * numbers[0], unsure))
         found[name] = _parameter(float(numbers[0]), sigma, units[name])
     for k, free in enumerate(cause.free, start=sizes):
-        value = float(getattr(effect, free))
-        own = float(np.sqrt(covariance[k, k])) * (abs(value) if FREE[cause.candidate.kind][free].log else 1.0)
-        found[free] = _parameter(value, np.hypot(wide[k] * own, errs * value), units[free])
+        value, bend = float(getattr(effect, free)), FREE[cause.candidate.kind][free]
+        own = float(np.sqrt(covariance[k, k])) * (abs(value) if bend.log else 1.0)
+        error = errs * value if bend.unit is None else errs * bend.unit * (value if bend.log else 1.0)
+        found[free] = _parameter(value, np.hypot(wide[k] * own, error), units[free])
     return found
 
 

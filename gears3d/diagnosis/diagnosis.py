@@ -19,7 +19,7 @@ import numpy as np
 
 from gears3d.diagnosis.causes import EXCLUDED, SMALLEST, Candidate, Cause, Fit, candidates, contribution, fit
 from gears3d.diagnosis.evidence import Paths, has_compliance, shootable, uncut
-from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SOFT, effects_of
+from gears3d.diagnosis.path_fit import ACCOUNTS, BODY, LAWS, OIL, RUB, SCATTER, SLIP, SOFT, effects_of
 from gears3d.diagnosis.path_search import law_of_contact, path_search
 from gears3d.diagnosis.pitch_error import search_with_resegmentation, tooth_synchronous_contact_loss
 from gears3d.diagnosis.preprocessing import Note, segmented, settled, turn, usable
@@ -69,11 +69,13 @@ from gears3d.diagnosis.verdict import (
     classify,
     distinguished_by_channels,
     facts_of,
+    is_sawtooth,
     minimum_detectable,
     numbers_of,
     phase_notes,
     record_contributions,
     remaining,
+    slip_angles,
     tooth_notes,
 )
 from gears3d.effects import Code, catalogue
@@ -114,6 +116,9 @@ UNSURE = 64.0
 WORK = 2e10
 # Part of a cause's size from which its fit to a trajectory without it begins.
 LITTLE = 0.05
+# Phases at which stick-slip is tried, and part of the budget of a search for it.
+SLIP_EFFORT = 0.02
+SLIP_PHASES = tuple(np.pi / 6.0 * (k + 0.5) for k in range(-6, 6))
 # Standard deviations by which a number from events may differ from that of the trajectory, and the least standard
 # deviation of either, in units.
 APART, KNOWN = 3.0, 0.005
@@ -209,6 +214,11 @@ class AlongPath(NamedTuple):
     def carries(self) -> bool:
         """Whether a second body on the loose gear is among the causes."""
         return any(one.candidate.kind == BODY for one in self.path.causes)
+
+    @property
+    def slips(self) -> bool:
+        """Whether stick-slip is among the causes, and a sine over the same angle is not sufficient."""
+        return is_sawtooth(self.windows, self.path.causes)
 
     @property
     def agrees(self) -> bool:
@@ -334,13 +344,14 @@ class Shown(NamedTuple):
     longer: Callable[[], Windows]
 
 
-def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | None:
+def shown(admitted: Sequence[Admitted], paths: Paths, highest: int, slips: Sequence[float] = ()) -> Shown | None:
     """Return windows of records and candidate causes; ``None`` where multiple shooting does not cover the rig.
 
     Args:
         admitted: records of one rig.
         paths: of the records.
         highest: order that is searched.
+        slips: angles of the loose gear between two slips, at which stick-slip is tried [rad].
     """
     tracks: list[tuple[Admitted, Track]] = []
     for one in admitted:
@@ -365,8 +376,10 @@ def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | N
         asked.append(Candidate(SOFT, {"damping": 1.0}, "stiffness", unit, False, ()))
     if Code.GAP_SPRING in there and Code.TORQUE_FRICTION not in there:
         asked.append(Candidate(RUB, {}, "coefficient", 1.0, False, ()))
-    if not there & {Code.GAP_FILM, Code.GAP_SPRING, Code.TORQUE_CARRIED}:
+    if not there & {Code.GAP_FILM, Code.GAP_SPRING, Code.TORQUE_CARRIED} and not slips:
         asked.append(Candidate(BODY, {}, "inertia", rig.inertia, False, ()))
+    every = [{"angle": angle, "phase": phase} for angle in slips for phase in SLIP_PHASES]
+    asked += [Candidate(SLIP, one, "amplitude", rig.drag_torque, False, ()) for one in every if rig.drag_torque > 0.0]
     asked.append(Candidate(SCATTER, {}, "standard_deviation", max(rig.restitution, 0.1), False, ()))
     blank = [
         replace(uncut(rig, one.file), unmarked=lost) for rig, (one, _), lost in zip(rigs, tracks, unmarked, strict=True)
@@ -415,7 +428,7 @@ def _searched_longer(seen: Shown, path: Path, progress: Callable[[float], None])
 
 def along_path(
     records: Sequence[Evidence], admitted: Sequence[Admitted], paths: Paths, highest: int,
-    progress: Callable[[float], None] = lambda part: None, effort: float = 1.0,
+    progress: Callable[[float], None] = lambda part: None, effort: float = 1.0, slips: Sequence[float] = (),
 ) -> AlongPath | None:  # fmt: skip
     """Return the causes by multiple shooting and their residuals; ``None`` where it does not cover the rig.
 
@@ -426,8 +439,9 @@ def along_path(
         highest: order that is searched.
         progress: called with the part that is done.
         effort: multiple of the usual budget of the search.
+        slips: angles of the loose gear between two slips, at which stick-slip is tried [rad].
     """
-    seen = shown(admitted, paths, highest)
+    seen = shown(admitted, paths, highest, slips)
     if seen is None or (searched := _searched(seen, effort * WORK, progress)) is None:
         return None
     windows, path = searched
@@ -436,7 +450,8 @@ def along_path(
     others = [replace(one, turned=tuple(by[one.name])) for one in seen.records if one.name not in there]
     found = AlongPath(windows, path, measured, others, list(by))
     if records and others and not (found.accounts and found.holds_of(others)):  # these may be of another rig
-        fewer = along_path(records, [one for one in admitted if one.file in there], paths, highest, progress, effort)
+        there_only = [one for one in admitted if one.file in there]
+        fewer = along_path(records, there_only, paths, highest, progress, effort, slips)
         many = fewer is not None and len(others) > len(records)
         return fewer._replace(left=(found.residual_of(others),)) if fewer is not None and many else fewer
     beyond = path.causes and path.scatter is None and path.after > ACCOUNTS  # small, but not noise
@@ -577,9 +592,14 @@ def _diagnosed(
     admitted_all, (admitted, notes), paths = admitted, usable(admitted), Paths()
     highest = max(HIGHEST_ORDER, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
 
-    def searched(records: Sequence[Evidence]) -> AlongPath | None:
-        doing = "searching for causes of the path"
-        return along_path(records, admitted, paths, highest, lambda part: tell(doing, 0.6 + 0.1 * part), effort)
+    def searched(records: Sequence[Evidence], slips: Sequence[float] = ()) -> AlongPath | None:
+        doing = f"searching for {'stick-slip' if slips else 'causes of the path'}"
+        first, last, share = (0.84, 0.85, SLIP_EFFORT) if slips else (0.6, 0.7, 1.0)
+
+        def report(part: float) -> None:
+            tell(doing, first + (last - first) * part)
+
+        return along_path(records, admitted, paths, highest, report, share * effort, slips)
 
     if has_compliance(rig):
         whole = searched([])
@@ -607,6 +627,10 @@ def _diagnosed(
     beyond = [] if rings is None else [rings.structure]
     beyond += tooth_synchronous_contact_loss(found.records, found.fit.causes) if short is None else []
     found, left, coarse = consistent_causes(found, highest, beyond)
+    slips = slip_angles(left, rig) if whole is not None and rings is None else []
+    again = searched(records, slips) if slips else None
+    if again is not None and again.path.complete and again.decides and again.slips:
+        return _by_path(admitted_all, rig, notes, again, tell, bodies, runs, highest)
     scatter = own_scatter(records, found, left) if rings is None else None
     if whole is not None and (whole.path.scatter is None or scatter_patterns(whole.path.deviations, highest)):
         scatter = None

@@ -42,8 +42,8 @@ Array = np.ndarray
 SQUARED, OIL, SOFT, SCATTER = "mesh_drag", "oil_film", "tooth_compliance", "restitution_scatter"
 # A second body on a spring, whose twist is part of the starts.
 BODY = "carried_inertia"
-# Causes that change the motion throughout, of which a rig has one, and one that acts on compliant flanks.
-LAWS, RUB = (OIL, SOFT, BODY), "mesh_friction"
+# Causes that change the motion throughout, of which a rig has one; one that acts on compliant flanks; stick-slip.
+LAWS, RUB, SLIP = (OIL, SOFT, BODY), "mesh_friction", "drag_stick_slip"
 # Step of the numbers of a second body in units, for sensitivities: it changes phases in a window by 0.1 rad at most;
 # ratio of the largest steps of other numbers and of its frequency in a round.
 TWISTED, SWUNG = 1e-4, 10.0

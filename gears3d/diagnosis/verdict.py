@@ -11,12 +11,15 @@ import numpy as np
 
 from gears3d.diagnosis.causes import (
     ACCEPT,
+    ACCEPT_PATH,
     EXCLUDED,
     LARGEST,
     SMALLEST,
+    Candidate,
     Cause,
     Fit,
     Regressors,
+    begin,
     contribution,
     excluding,
     fit,
@@ -28,7 +31,7 @@ from gears3d.diagnosis.causes import (
 )
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.path_candidates import Scatter
-from gears3d.diagnosis.path_fit import BODY, effects_of
+from gears3d.diagnosis.path_fit import BODY, SLIP, effects_of, fitted, gain_of, restore, state_of
 from gears3d.diagnosis.pitch_error import ShortTooth
 from gears3d.diagnosis.prediction import parts_of, rms_of
 from gears3d.diagnosis.preprocessing import Note, reference_record
@@ -36,6 +39,7 @@ from gears3d.diagnosis.residual_patterns import Structure, channel_of
 from gears3d.diagnosis.residual_tests import UNITS
 from gears3d.diagnosis.run_information import Path, averaged, covariance
 from gears3d.diagnosis.search import LEAST, STATED, Option, Rival, Search, options
+from gears3d.diagnosis.shooting import Windows
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.scenario import Scenario
@@ -64,6 +68,8 @@ SAME_SPEED = 1.25
 OTHER_RIG = 0.5
 # Ratio of a deviation to the backlash above which a note on the gears' size is given.
 GEAR_SIZE = 0.1
+# Residuals of flights over the angle of a gear.
+OVER_LOOSE, OVER_ANGLES = "flight.angle_loose", ("flight.angle_loose", "flight.angle_drive")
 # Torques that depend on speed alone, with the number of parameters of each.
 SPEED_LAWS = {"drag_coulomb": 1, "drag_viscous": 1, "drag_power": 2, "drag_differential": 2}
 
@@ -180,6 +186,38 @@ def _tested(found: Search, causes: Sequence[Cause], known: bool) -> Fit:
     rest = parts_of(found.records, found.base - contribution(found.records, effects_of(causes)))["drive"]
     drive = np.concatenate([np.zeros(0), *rest])
     return Fit(tuple(causes), float(drive @ drive), np.zeros((0, 0)), drive)
+
+
+def slip_angles(left: Sequence[Structure], rig: Scenario) -> list[float]:
+    """Return the angle of the loose gear over which the residual of flights repeats [rad]; none if it does not.
+
+    Args:
+        left: residual patterns.
+        rig: scenario of the test rig.
+    """
+    teeth = rig.gears.loose.teeth / rig.gears.drive.teeth  # the same residual may be reported over the drive's angle
+    orders = [one.where * (1.0 if one.name == OVER_LOOSE else teeth) for one in left if one.name in OVER_ANGLES]
+    return [2.0 * np.pi / one for one in orders[:1]]
+
+
+def is_sawtooth(windows: Windows, causes: Sequence[Cause]) -> bool:
+    """Return whether stick-slip is among the causes, and a sine over the same angle explains clearly less.
+
+    Args:
+        windows: of the records, with the starts and datums of the causes; they keep these.
+        causes: of the path.
+    """
+    k = next((k for k, one in enumerate(causes) if one.candidate.kind == SLIP), None)
+    if k is None:
+        return False
+    now, slip = state_of(windows, causes, windows.residuals(effects_of(causes))), effects_of(causes[k : k + 1])
+    order, size, phase = slip[0].rows(windows.values)[0].p
+    wave = Candidate("drag_position", {"order": order}, "amplitude", 1.0, True, ())
+    sine = begin(wave, size * np.array([np.cos(phase), -np.sin(phase)]))
+    others = [*causes[:k], sine, *causes[k + 1 :]]
+    less = fitted(windows, state_of(windows, others, windows.residuals(effects_of(others))))
+    restore(windows, now)
+    return gain_of(windows, less, now)[0] > ACCEPT_PATH
 
 
 def numbers_of(

@@ -27,11 +27,19 @@ Place = Literal["geometry", "torque", "impact", "gap_force", "motion", "sensor"]
 
 
 class Refined(NamedTuple):
-    """How a diagnosis refines a shape parameter once the cause is accepted: within bounds, most by its logarithm."""
+    """How a diagnosis refines a shape parameter once the cause is accepted: within bounds, most by its logarithm.
+
+    Args:
+        low: lower bound.
+        high: upper bound.
+        log: whether by its logarithm.
+        unit: change over which the response is about linear; by default the parameter itself.
+    """
 
     low: float
     high: float
     log: bool = True
+    unit: float | None = None
 
 
 class Param(NamedTuple):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import pi, sin
 from typing import ClassVar
 
-from gears3d.effects.base import Param, Place, Rig, register
+from gears3d.effects.base import Param, Place, Refined, Rig, register
 from gears3d.effects.rows import Row, torque_harmonic
 
 # Harmonics of the sawtooth. Averaged over the period of the next one (Lanczos), they do not ripple: the torque is the
@@ -42,8 +42,15 @@ class DragStickSlip:
     place: ClassVar[Place] = "torque"
     params: ClassVar[dict[str, Param]] = {
         "amplitude": Param("torque", 0.0, 1e4),
-        "angle": Param("angle", 1e-3, 100.0, linear=False),
-        "phase": Param("angle", -2 * pi, 2 * pi, default=0.0, linear=False, of="loose"),
+        "angle": Param("angle", 1e-3, 100.0, linear=False, refined=Refined(1e-3, 100.0, unit=1e-4)),
+        "phase": Param(
+            "angle",
+            *(-2 * pi, 2 * pi),
+            default=0.0,
+            linear=False,
+            of="loose",
+            refined=Refined(-2 * pi, 2 * pi, False, 0.3),
+        ),
     }
 
     def rows(self, rig: Rig) -> list[Row]:

@@ -80,7 +80,7 @@ def test_an_effect_of_known_rows_is_a_candidate_without_further_code(monkeypatch
 
 
 def test_shapes_that_are_refined_are_those_of_the_effects():
-    assert FREE["drag_power"]["exponent"] == (0.2, 4.0, True)
+    assert FREE["drag_power"]["exponent"] == Refined(0.2, 4.0)
     assert FREE["mesh_drag"] == {}
     assert "transmission_error" not in FREE
 
