@@ -1,8 +1,7 @@
 """Path search: stepwise selection of causes by trajectory residuals of multiple shooting.
 
-Input: windows of all records, and candidates; no segmentation. Forward step: a score test ranks candidates, with starts
-of windows as nuisance parameters; the best are fitted, and the best fit is taken. Backward step: a drop-one test of
-each cause. Result: causes, covariance, residuals, and by likelihood ratio the hypotheses that are not excluded.
+Forward step: a score test ranks candidates, with starts of windows as nuisance parameters; the best are fitted, and the
+best fit is taken. Backward step: a drop-one test of each cause. Hypotheses are excluded by likelihood ratio.
 """
 
 from __future__ import annotations
@@ -480,8 +479,7 @@ def _exchanged(
     Forward selection took the first causes without the later ones. If grown, a hypothesis may show one more cause.
 
     Returns:
-        State, states of the drop-one tests, and hypotheses in the place of each cause; those that a sample of
-        windows excludes are not fitted to all.
+        State, drop-one states, and hypotheses instead of each cause; a sample of windows excludes some before.
     """
     before: list[State] = []
     for left in reversed(range(EXCHANGES + 1)):
@@ -589,16 +587,18 @@ def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | N
     """Return the simplest of the states that the best one does not exclude: fewest numbers, gears before sensors."""
     if not tries:
         return None
-    best, able = _not_excluded(windows, now, tries)
+    # numbers of single impacts fit a few windows in any case: a scatter must be better in most
+    scatters = any(cause.candidate.kind == SCATTER for one in tries for cause in one.causes)
+    best, able = _not_excluded(windows, now, tries, excludes if scatters else is_worse)
     return min(able, key=lambda one: (*_complexity(one), one is not best))
 
 
-def _complexity(one: State) -> tuple[int, float, bool, bool]:
-    """Return the sort key of simplicity: numbers, price of the last cause, places that it may stand for."""
+def _complexity(one: State) -> tuple[bool, int, float, bool, bool]:
+    """Return the sort key of simplicity: a number of each impact, numbers, price and places of the last cause."""
     last = one.causes[-1]
     one_sided = last.candidate.kind == "restitution_asymmetry"  # of one flank, where only one is met
-    numbers = sum(len(cause.numbers) for cause in one.causes)
-    return numbers, price(last.candidate), one_sided, isinstance(last.effect, SensorEffect)
+    numbers, kinds = sum(len(cause.numbers) for cause in one.causes), [cause.candidate.kind for cause in one.causes]
+    return SCATTER in kinds, numbers, price(last.candidate), one_sided, isinstance(last.effect, SensorEffect)
 
 
 def _without(state: State, k: int) -> State:

@@ -152,6 +152,14 @@ def test_scatter_is_tried_before_causes_that_fit_beginnings_of_windows():
     assert abs(told["parameters"][0]["error"]) < 0.1
 
 
+@pytest.mark.slow
+def test_restitution_of_two_flanks_is_no_scatter():
+    """Kicks fitted a few windows better, by more than what excludes a hypothesis, and all others worse."""
+    told = play(next(iter(cases("space", 1378, 1))))
+    assert [one["kind"] for one in told["causes"]] == ["restitution_asymmetry"]
+    assert told["wrong_names"] == []
+
+
 def test_restitution_that_depends_on_an_angle_does_not_scatter():
     for seed in range(20):
         assert scatter_patterns(_deviations(seed, 0.0, 2.0), 40) == []
