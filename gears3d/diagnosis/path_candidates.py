@@ -1,15 +1,12 @@
 """Candidates of the path search: score tests of effects, a second body on a spring, and scatter of restitution.
 
-Score test: trajectory residuals of multiple shooting are regressed on the sensitivity of the motion to a small size of
-each candidate; starts of windows and present causes are nuisance parameters. Two candidates need tests of their own.
+Score test: trajectory residuals are regressed on the sensitivity of the motion to a small size of each candidate; the
+starts of windows and present causes are nuisance parameters. Two candidates need tests of their own.
 
-Second body on a spring: in flight the centre of mass falls and the twist oscillates at one frequency. Where flights
-begin with impacts, it is found in the readings of flights; otherwise in beginnings of windows, by fits on a grid of
-frequencies.
+Second body on a spring: it is found by the frequency of its twist in flights, where these begin with impacts; otherwise
+in beginnings of windows, by fits on a grid of frequencies.
 
-Scatter of restitution: variance of rebounds beyond their errors, in proportion to the speed. Rebounds below the
-detection limit are censored data; they count by the probability of that. Noise hides stronger ones as well, independent
-of their speed: this probability is estimated with the scatter.
+Scatter of restitution: variance of rebounds beyond their errors; those below the detection limit are censored data.
 """
 
 from __future__ import annotations
@@ -115,7 +112,10 @@ def scores_of(
         cause = causes.pop(place)
         at = sum(len(one.numbers) for one in causes[:place])
         size = (cause.numbers / cause.units)[: 2 if cause.candidate.phased else 1]
-        left = left + others[:, at : at + len(size)] @ size
+        own, linear = others[:, at : at + len(size)].T, along.oiled and cause.candidate.kind not in LAWS
+        if linear:  # in long windows the response is bent over the steps of a fit
+            own = away(along.extended(_own(along, now.causes, cause.candidate)) * weight)
+        left = left + size @ own
         kept = [side for side, _ in unknown_datums(few, causes)]
         sides = [side for side, records in unknown_datums(few, now.causes) for _ in records]
         first = others.shape[1] - len(sides)

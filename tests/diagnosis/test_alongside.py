@@ -248,3 +248,11 @@ def test_a_late_encoder_is_no_eccentricity_of_the_order_of_the_fluctuation():
     told = play(next(iter(cases("space", 1235, 1))))
     assert told["set_right"]
     assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+def test_a_torque_in_oil_is_compared_with_others_in_long_windows():
+    """Its effect, by the step of a fit, was far from linear there: no other torque was tried in its place."""
+    told = play(next(iter(cases("space2", 462, 1))))
+    assert told["wrong_names"] == []
+    assert set(told["kinds_right"]) == {"oil_film", "drag_differential"}
