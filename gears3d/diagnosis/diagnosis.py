@@ -70,6 +70,7 @@ from gears3d.diagnosis.verdict import (
     distinguished_by_channels,
     facts_of,
     is_sawtooth,
+    is_sine,
     minimum_detectable,
     numbers_of,
     phase_notes,
@@ -621,13 +622,15 @@ def _diagnosed(
             return _unsegmented(admitted_all, rig, notes, "unexplained", rings)
         raise refused
     whole = searched(records)
+    if whole is not None and whole.carries and is_sine(whole.windows, whole.path.causes):
+        whole = None
     if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
         return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
     records, found, short = search_with_resegmentation(admitted, records, highest, paths, tell)
     beyond = [] if rings is None else [rings.structure]
     beyond += tooth_synchronous_contact_loss(found.records, found.fit.causes) if short is None else []
     found, left, coarse = consistent_causes(found, highest, beyond)
-    slips = slip_angles(left, rig) if whole is not None and rings is None else []
+    slips = slip_angles(left, rig) if rings is None else []
     again = searched(records, slips) if slips else None
     if again is not None and again.path.complete and again.decides and again.slips:
         return _by_path(admitted_all, rig, notes, again, tell, bodies, runs, highest)

@@ -30,8 +30,18 @@ from gears3d.diagnosis.causes import (
     table,
 )
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.path_candidates import Scatter
-from gears3d.diagnosis.path_fit import BODY, SLIP, effects_of, fitted, gain_of, restore, state_of
+from gears3d.diagnosis.path_candidates import Scatter, scores_of
+from gears3d.diagnosis.path_fit import (
+    BODY,
+    SLIP,
+    State,
+    effects_of,
+    fitted,
+    gain_of,
+    polished,
+    restore,
+    state_of,
+)
 from gears3d.diagnosis.pitch_error import ShortTooth
 from gears3d.diagnosis.prediction import parts_of, rms_of
 from gears3d.diagnosis.preprocessing import Note, reference_record
@@ -39,7 +49,7 @@ from gears3d.diagnosis.residual_patterns import Structure, channel_of
 from gears3d.diagnosis.residual_tests import UNITS
 from gears3d.diagnosis.run_information import Path, averaged, covariance
 from gears3d.diagnosis.search import LEAST, STATED, Option, Rival, Search, options
-from gears3d.diagnosis.shooting import Windows
+from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.scenario import Scenario
@@ -70,6 +80,9 @@ OTHER_RIG = 0.5
 GEAR_SIZE = 0.1
 # Residuals of flights over the angle of a gear.
 OVER_LOOSE, OVER_ANGLES = "flight.angle_loose", ("flight.angle_loose", "flight.angle_drive")
+# Orders of a sine that may stand for a second body, relative to that of its natural frequency at mean speed: flights
+# are faster or slower than that.
+NEAR_ORDERS = np.geomspace(0.6, 1.6, 400)
 # Torques that depend on speed alone, with the number of parameters of each.
 SPEED_LAWS = {"drag_coulomb": 1, "drag_viscous": 1, "drag_power": 2, "drag_differential": 2}
 
@@ -212,12 +225,47 @@ def is_sawtooth(windows: Windows, causes: Sequence[Cause]) -> bool:
         return False
     now, slip = state_of(windows, causes, windows.residuals(effects_of(causes))), effects_of(causes[k : k + 1])
     order, size, phase = slip[0].rows(windows.values)[0].p
-    wave = Candidate("drag_position", {"order": order}, "amplitude", 1.0, True, ())
-    sine = begin(wave, size * np.array([np.cos(phase), -np.sin(phase)]))
-    others = [*causes[:k], sine, *causes[k + 1 :]]
-    less = fitted(windows, state_of(windows, others, windows.residuals(effects_of(others))))
+    sine = begin(_wave(order, 1.0), size * np.array([np.cos(phase), -np.sin(phase)]))
+    less = _with_instead(windows, causes, k, sine)
     restore(windows, now)
     return gain_of(windows, less, now)[0] > ACCEPT_PATH
+
+
+def is_sine(windows: Windows, causes: Sequence[Cause]) -> bool:
+    """Return whether a second body is among the causes, and a sine over the angle of the loose gear leaves noise, too.
+
+    Each window begins with any twist, so that a body of hardly any inertia oscillates like a torque over the angle.
+
+    Args:
+        windows: of the records, with the starts and datums of the causes; they keep these.
+        causes: of the path.
+    """
+    k = next((k for k, one in enumerate(causes) if one.candidate.kind == BODY), None)
+    if k is None:
+        return False
+    now = state_of(windows, causes, windows.residuals(effects_of(causes)))
+    order, unit = swings(causes[k])[0] / windows.pivot, max(windows.values.drag_torque, 1e-9)
+    others = (*causes[:k], *causes[k + 1 :])
+    windows.restart(effects_of(others), anew=True)
+    less = fitted(windows, state_of(windows, others, windows.residuals(effects_of(others))))
+    scores, _ = scores_of(windows, [_wave(float(one), unit) for one in order * NEAR_ORDERS], less)
+    if scores:
+        restore(windows, less)
+        sine = begin(scores[0].candidate, scores[0].units)
+        less = polished(windows, _with_instead(windows, causes, k, sine), thorough=True)
+    restore(windows, now)
+    return bool(scores) and windows.usual(less.rest) < NOISE
+
+
+def _wave(order: float, unit: float) -> Candidate:
+    """Return a torque over the angle of the loose gear of any order, a whole one or not."""
+    return Candidate("drag_position", {"order": order}, "amplitude", unit, True, ("flight",))
+
+
+def _with_instead(windows: Windows, causes: Sequence[Cause], k: int, one: Cause) -> State:
+    """Return the fit with a cause in the place of another."""
+    others = [*causes[:k], one, *causes[k + 1 :]]
+    return fitted(windows, state_of(windows, others, windows.residuals(effects_of(others))))
 
 
 def numbers_of(

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.causes import Candidate, swings
+from gears3d.diagnosis.causes import Candidate, begin, swings
 from gears3d.diagnosis.path_candidates import playing
 from gears3d.diagnosis.path_fit import followed, state_of
 from gears3d.diagnosis.path_search import path_search
+from gears3d.diagnosis.verdict import is_sine
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit_all
 from gears3d.scenario import load
@@ -123,6 +124,15 @@ def test_a_body_is_found_with_its_inertia_and_frequency(rig, more):
     assert cause.numbers[0] == pytest.approx(own.inertia, rel=0.1)
     assert swings(cause)[0] == pytest.approx(true, rel=0.02)
     assert found.after < 4.0
+
+
+def test_a_body_is_no_sine_over_the_angle(rig):
+    windows, _ = shot(rig, [body(rig)])
+    settled_on(windows, [body(rig)])
+    own = body(rig)
+    shape = {"stiffness": own.stiffness, "damping": own.damping, "play": own.play}
+    law = Candidate("carried_inertia", shape, "inertia", rig.rig().inertia, False, ())
+    assert not is_sine(windows, (begin(law, np.array([RATIO])),))
 
 
 def diagnosed(folder, kinds, seed, **options):
