@@ -31,7 +31,7 @@ class DragStickSlip:
 
     >>> first, *_ = DragStickSlip(amplitude=0.05, angle=pi / 4).rows(None)
     >>> first.p[0], round(first.p[1], 4)
-    (8.0, 0.0316)
+    (8.0, 0.0317)
     """
 
     amplitude: float
