@@ -49,7 +49,7 @@ class DragStickSlip:
             default=0.0,
             linear=False,
             of="loose",
-            refined=Refined(-2 * pi, 2 * pi, False, 0.3),
+            refined=Refined(-2 * pi, 2 * pi, False, 1.0),
         ),
     }
 
