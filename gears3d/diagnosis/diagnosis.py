@@ -217,11 +217,6 @@ class AlongPath(NamedTuple):
         return any(one.candidate.kind == BODY for one in self.path.causes)
 
     @property
-    def slips(self) -> bool:
-        """Whether stick-slip is among the causes, and a sine over the same angle is not sufficient."""
-        return is_sawtooth(self.windows, self.path.causes)
-
-    @property
     def agrees(self) -> bool:
         """Whether the rig without causes explains the trajectory to its noise."""
         none = not self.path.causes and self.path.scatter is None
@@ -632,7 +627,7 @@ def _diagnosed(
     found, left, coarse = consistent_causes(found, highest, beyond)
     slips = slip_angles(left, rig) if rings is None else []
     again = searched(records, slips) if slips else None
-    if again is not None and again.path.complete and again.decides and again.slips:
+    if again is not None and again.path.complete and again.decides and is_sawtooth(again.windows, again.path.causes):
         return _by_path(admitted_all, rig, notes, again, tell, bodies, runs, highest)
     scatter = own_scatter(records, found, left) if rings is None else None
     if whole is not None and (whole.path.scatter is None or scatter_patterns(whole.path.deviations, highest)):

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.causes import Candidate
+from gears3d.diagnosis.causes import Candidate, begin
 from gears3d.diagnosis.diagnosis import SLIP_PHASES
+from gears3d.diagnosis.path_fit import effects_of
 from gears3d.diagnosis.path_search import path_search
 from gears3d.diagnosis.residual_patterns import Structure
-from gears3d.diagnosis.verdict import is_sawtooth, slip_angles
+from gears3d.diagnosis.verdict import is_sawtooth, is_sine, slip_angles
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit_all
 from gears3d.scenario import load
@@ -45,11 +46,29 @@ def test_it_is_found_from_an_angle_that_is_slightly_wrong(rig):
     assert is_sawtooth(windows, causes)
 
 
+ORDER = 15
+"""Of a sine; it is not searched."""
+
+
+def sine(rig):
+    """Windows of a rig with a torque that is a sine over the angle of the loose gear."""
+    return shot(rig, [catalogue()["drag_position"](amplitude=0.02, order=ORDER, phase=0.7)])[0]
+
+
 def test_a_sine_over_the_angle_is_no_stick_slip(rig):
-    """Of an order that is not searched."""
-    sine = catalogue()["drag_position"](amplitude=0.02, order=15, phase=0.7)
-    windows, causes = searched(rig, sine, 2.0 * np.pi / 15)
-    assert not is_sawtooth(windows, causes)
+    """One whose first harmonic is the sine fits worse than the sine alone."""
+    windows, shape = sine(rig), {"angle": 2.0 * np.pi / ORDER, "phase": 0.7 - 0.5 * np.pi}
+    slip = begin(Candidate("drag_stick_slip", shape, "amplitude", 1.0, False, ()), np.array([0.01 * np.pi]))
+    windows.restart(effects_of([slip]), anew=True)
+    assert not is_sawtooth(windows, [slip])
+
+
+def test_a_sine_over_the_angle_is_no_second_body(rig):
+    """Its natural frequency is that of the sine at mean speed."""
+    windows, own = sine(rig), rig.rig().inertia
+    stiffness = (ORDER * windows.pivot) ** 2 / (1.0 / own + 1.0 / (0.01 * own))
+    law = Candidate("carried_inertia", {"stiffness": stiffness, "damping": 0.0, "play": 0.0}, "inertia", own, False, ())
+    assert is_sine(windows, [begin(law, np.array([0.01]))])
 
 
 @pytest.mark.parametrize(("name", "order"), [("flight.angle_loose", 5.0), ("flight.angle_drive", 5.0 * 17 / 43)])
