@@ -28,11 +28,10 @@ from gears3d.diagnosis.causes import (
     swings,
     within_bounds,
 )
-from gears3d.diagnosis.evidence import fluctuation_orders, orthonormal
+from gears3d.diagnosis.evidence import orthonormal
 from gears3d.diagnosis.prediction import GEARS, restitution
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, order_of, reference
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows
-from gears3d.diagnosis.shooting_kernels import impacts_of
 from gears3d.effects import Code
 from gears3d.errors import InputError
 
@@ -69,8 +68,6 @@ ACCOUNTS = 4.0
 # Shifts of a record's displacement datum that are tried, in backlashes; number of tried angular datums in a period;
 # windows of the trials.
 SHIFTS, TURNS, LOOKED = tuple(0.1 * k for k in range(-6, 7)), 8, 32
-# Least information on the restitution of an impact, 0 to 1, for tests of what it depends on.
-DETERMINED = 0.5
 # Correction of the drive's motion, in standard deviations, from which on fits begin from its readings, too: one in 20
 # exceeds it by chance; largest number of these fits.
 BENDS, REMADE = 2.0, 5
@@ -78,27 +75,6 @@ BENDS, REMADE = 2.0, 5
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 # Parts of a window, increasing from its beginning, to whose readings starts and kicks are fitted in turn.
 REACHES = tuple(0.08 * 1.25**k for k in range(12))
-
-
-class Deviations(NamedTuple):
-    """Restitutions of single impacts less their mean, in sequence by record and window.
-
-    Args:
-        value: deviation, (n,).
-        sigma: its standard deviation if restitution scatters, (n,).
-        speed: of approach [m/s], (n,).
-        flank: 0 active, 1 reverse, (n,).
-        drive, loose: angles by record [rad].
-        locked: orders of the drive's fluctuation by record, to the drive and to the loose gear, 0 without one, (r, 2).
-    """
-
-    value: Array
-    sigma: Array
-    speed: Array
-    flank: Array
-    drive: list[Array]
-    loose: list[Array]
-    locked: Array
 
 
 class State(NamedTuple):
@@ -667,31 +643,6 @@ def kicked(windows: Windows, causes: Sequence[Cause]) -> tuple[WithoutStarts, Ar
     columns = along.starts()
     own = WithoutStarts(windows, [one * windows.weights(one) for one in columns])
     return own, np.clip(1.0 - own.variances()[:, -KICKS:], 0.0, 1.0)
-
-
-def deviations(windows: Windows, causes: Sequence[Cause]) -> Deviations | None:
-    """Return the deviations of restitution that windows determine; ``None`` where it does not scatter."""
-    if (known := kicked(windows, causes)) is None:
-        return None
-    along = windows.along(effects_of(causes))
-    which, place, order = impacts_of(along.run.events)
-    information = np.where(order < KICKS, known[1][which, np.minimum(order, KICKS - 1)], 0.0)
-    sure = information > DETERMINED
-    which, place, order, part = which[sure], place[sure], order[sure], information[sure]
-    events = along.run.events[which, place]
-    node, beyond, flank = events[:, 0].astype(int), events[:, 1], (events[:, 3] < 0.0).astype(int)
-    (drive, loose), (_, reverse) = along.run.seen, along.run.flanks
-
-    def at(nodes: Array) -> Array:
-        return nodes[which, node] + beyond * (nodes[which, node + 1] - nodes[which, node])
-
-    turned = at(loose) + np.where(flank, at(reverse), 0.0) / windows.radii[1]
-    by, count = windows.record[which], range(len(windows.zeros))
-    return Deviations(
-        windows.starts.kicks[which, order] / part, along.spread / np.sqrt(part), np.abs(events[:, 4]), flank,
-        [at(drive)[by == k] for k in count], [turned[by == k] for k in count],
-        fluctuation_orders(windows),
-    )  # fmt: skip
 
 
 def _price(windows: Windows, causes: Sequence[Cause]) -> Array:

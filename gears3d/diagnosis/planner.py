@@ -21,18 +21,15 @@ from gears3d.diagnosis.path_fit import SOFT
 from gears3d.diagnosis.residual_patterns import sensor_of
 from gears3d.diagnosis.run_information import (
     Encoder,
+    Information,
     Look,
-    Parts,
     Setting,
     Wanted,
+    combined,
     keys_of,
     look_at,
     name_of,
-    of_events,
-    of_windows,
-    separation_of,
     simulated,
-    spread_of,
 )
 from gears3d.diagnosis.shooting import MOST
 from gears3d.errors import Fault, GearsError, InputError, UsageError
@@ -70,6 +67,10 @@ TIMES, GOLDEN = 3, 0.618034
 MARGIN = 0.8
 # Largest ratio of the criterion after and before a further run for which the run is added.
 GROWS = 0.99
+# Fraction of the information of a number, others known, below which it is not identifiable.
+NOTHING = 1e-9
+# Information of runs, and the multiplicity of each.
+Parts = Sequence[tuple[Information, float]]
 
 
 @dataclass(frozen=True)
@@ -480,7 +481,7 @@ class _Choice:
         size = sum(len(one.numbers) for one in causes)
         path, events = self._parts(chosen, 0)
         runs = max((one.looks[0][0].runs for one in chosen), default=1.0)
-        each = [spread_of(path, size, lambda parts: of_windows(parts, runs)), spread_of(events, size, of_events)]
+        each = [_spread_of(path, size, lambda parts: _of_windows(parts, runs)), _spread_of(events, size, _of_events)]
         made, at = [], 0
         for cause in causes[: self.asked.wanted]:
             own = slice(at, at + len(cause.numbers))
@@ -517,7 +518,7 @@ class _Choice:
             for name, true, ways in truth.pairs:
                 path, events = self._parts(chosen, number, driven=True)
                 alike = max((one.looks[number][0].runs for one in chosen), default=1.0)
-                worth = separation_of(path, true, ways) / alike, separation_of(events, true, ways)
+                worth = _separation_of(path, true, ways) / alike, _separation_of(events, true, ways)
                 made[name] = float(np.sqrt(max(worth)))
         return made
 
@@ -607,3 +608,62 @@ def _plain(known: dict[str, dict[str, Parameter]]) -> dict[str, Any]:
         return {"value": each.value, "unit": each.unit, "ci95": [each.low, each.high] if good else None}
 
     return {kind: {name: one(each) for name, each in own.items()} for kind, own in known.items()}
+
+
+def _total(parts: Parts) -> tuple[Array, float]:
+    """Return the products of the slopes of all runs, and the level of their residuals, at least 1."""
+    normal = np.sum([times * one.normal for one, times in parts], axis=0)
+    chi2, count = (sum(times * getattr(one, name) for one, times in parts) for name in ("chi2", "count"))
+    return normal, max(chi2 / max(count, 1.0), 1.0)
+
+
+def _spread_of(parts: Parts, size: int, of: Callable[[Parts], Array]) -> Array:
+    """Return a covariance in units, infinite for numbers that are not identifiable, (size, size)."""
+    made = np.diag(np.full(size, np.inf))
+    if not parts:
+        return made
+    normal = _total(parts)[0]
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    value, vector = np.linalg.eigh(normal / np.outer(scale, scale))
+    lost = np.sum(vector[:, value < NOTHING * value[-1]] ** 2, axis=1) > 1e-6
+    known = ~(lost | (np.diag(normal) <= 0.0))
+    if np.any(known):
+        made[np.ix_(known, known)] = of(parts)[np.ix_(known, known)]
+    return made
+
+
+def _of_events(parts: Parts) -> Array:
+    """Return the covariance from events: a longer run repeats the simulated part."""
+    return combined([
+        Information(times * one.normal, np.sqrt(times) * one.scores, times * one.chi2, max(round(times * one.count), 1))
+        for one, times in parts
+    ])  # fmt: skip
+
+
+def _of_windows(parts: Parts, runs: float = 1.0) -> Array:
+    """Return the covariance along the path, at least as wide as the scatter of windows, as in the diagnosis.
+
+    runs: number of consecutive readings whose residuals have the same sign.
+    """
+    normal, level = _total(parts)
+    scatter = np.sum([times * one.scores.T @ one.scores for one, times in parts], axis=0)
+    inverse = np.linalg.pinv(normal)
+    wide = np.diag(inverse @ scatter @ inverse) / np.maximum(level * np.diag(inverse), 1e-300)
+    wide = np.sqrt(np.maximum(wide, runs))
+    return level * inverse * np.outer(wide, wide)
+
+
+def _separation_of(parts: Parts, true: Array, ways: Sequence[Array]) -> float:
+    """Return the expected chi-square, over its level, of the best fit of another set to data of the true one.
+
+    true: numbers of the set in units, (p,); ways: free directions of the other set, (p, k) each.
+    """
+    if not parts:
+        return 0.0
+    normal, level = _total(parts)
+    least = np.inf
+    for free in ways:
+        across = free.T @ normal @ true
+        inner = np.linalg.pinv(free.T @ normal @ free, rcond=NOTHING, hermitian=True)
+        least = min(least, float(true @ normal @ true - across @ inner @ across))
+    return max(least, 0.0) / level

@@ -7,7 +7,7 @@ estimates over stretches. A measurement plan chooses among runs by the informati
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -30,7 +30,7 @@ from gears3d.diagnosis.causes import (
     table,
     within_bounds,
 )
-from gears3d.diagnosis.evidence import Evidence, Paths, has_compliance, shootable
+from gears3d.diagnosis.evidence import Evidence, Paths, fluctuation_orders, has_compliance, shootable
 from gears3d.diagnosis.path_candidates import Scatter, scores_of
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
@@ -39,7 +39,6 @@ from gears3d.diagnosis.path_fit import (
     SCATTER,
     SOFT,
     SQUARED,
-    Deviations,
     State,
     WithoutStarts,
     columns_of,
@@ -47,6 +46,7 @@ from gears3d.diagnosis.path_fit import (
     effects_of,
     fitted,
     gain_of,
+    kicked,
     polished,
     restore,
     settled,
@@ -55,7 +55,8 @@ from gears3d.diagnosis.path_fit import (
 from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals, unclipped
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, delay_of, has_original_datum, preprocess, slopes_of_datums, turn
 from gears3d.diagnosis.search import Rival, given, occam
-from gears3d.diagnosis.shooting import MOST, NOISE, Windows
+from gears3d.diagnosis.shooting import KICKS, MOST, NOISE, Windows
+from gears3d.diagnosis.shooting_kernels import impacts_of
 from gears3d.effects import catalogue
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.measured.checks import Admitted, examine
@@ -81,6 +82,29 @@ SAME, LEFT = 0.01, 0.25
 APART = 3.0
 # Information relative to the best combination of numbers below which another one is not identifiable.
 KNOWN = 1e-12
+# Least information on the restitution of an impact, 0 to 1, for tests of what it depends on.
+DETERMINED = 0.5
+
+
+class Deviations(NamedTuple):
+    """Restitutions of single impacts less their mean, in sequence by record and window.
+
+    Args:
+        value: deviation, (n,).
+        sigma: its standard deviation if restitution scatters, (n,).
+        speed: of approach [m/s], (n,).
+        flank: 0 active, 1 reverse, (n,).
+        drive, loose: angles by record [rad].
+        locked: orders of the drive's fluctuation by record, to the drive and to the loose gear, 0 without one, (r, 2).
+    """
+
+    value: Array
+    sigma: Array
+    speed: Array
+    flank: Array
+    drive: list[Array]
+    loose: list[Array]
+    locked: Array
 
 
 class Path(NamedTuple):
@@ -320,6 +344,31 @@ def detectable(windows: Windows, known: Sequence[Candidate], found: State, covar
     return {kind: size for kind, size in {**sizes, **there}.items() if size < LARGEST and kind in kinds}
 
 
+def deviations(windows: Windows, causes: Sequence[Cause]) -> Deviations | None:
+    """Return the deviations of restitution that windows determine; ``None`` where it does not scatter."""
+    if (known := kicked(windows, causes)) is None:
+        return None
+    along = windows.along(effects_of(causes))
+    which, place, order = impacts_of(along.run.events)
+    information = np.where(order < KICKS, known[1][which, np.minimum(order, KICKS - 1)], 0.0)
+    sure = information > DETERMINED
+    which, place, order, part = which[sure], place[sure], order[sure], information[sure]
+    events = along.run.events[which, place]
+    node, beyond, flank = events[:, 0].astype(int), events[:, 1], (events[:, 3] < 0.0).astype(int)
+    (drive, loose), (_, reverse) = along.run.seen, along.run.flanks
+
+    def at(nodes: Array) -> Array:
+        return nodes[which, node] + beyond * (nodes[which, node + 1] - nodes[which, node])
+
+    turned = at(loose) + np.where(flank, at(reverse), 0.0) / windows.radii[1]
+    by, count = windows.record[which], range(len(windows.zeros))
+    return Deviations(
+        windows.starts.kicks[which, order] / part, along.spread / np.sqrt(part), np.abs(events[:, 4]), flank,
+        [at(drive)[by == k] for k in count], [turned[by == k] for k in count],
+        fluctuation_orders(windows),
+    )  # fmt: skip
+
+
 def averaged(one: Cause, mine: Array, other: Cause, its: Array, pivot: float) -> tuple[Cause, float]:
     """Return a cause with the average of its numbers and another's, and the factor on the covariance of the other.
 
@@ -398,12 +447,8 @@ NODES, VALUES = 9, 241
 UNPLANNED = ("drive_motion", "mesh_friction", "restitution_scatter")
 # Default kinds: those that a data sheet of a rig states.
 DRAG, IMPACT, GEOMETRY = "drag_coulomb", "restitution_offset", "backlash_offset"
-# Information of runs, and the multiplicity of each.
-Parts = Sequence[tuple[Information, float]]
 # Newton steps from the numbers of a cause to those of another, and their step for slopes, in units.
 NEWTON, NEWTON_STEP = 6, 1e-6
-# Fraction of the information of a number, others known, below which it is not identifiable.
-NOTHING = 1e-9
 
 
 class Truth(NamedTuple):
@@ -711,62 +756,3 @@ def keys_of(encoder: Encoder) -> dict[str, Any]:
         made |= {f"sensors.{gear}.counts_per_revolution": count} if count else {}
         made |= {f"sensors.{gear}.noise": f"{noise!r} rad"} if noise else {}
     return made
-
-
-def _total(parts: Parts) -> tuple[Array, float]:
-    """Return the products of the slopes of all runs, and the level of their residuals, at least 1."""
-    normal = np.sum([times * one.normal for one, times in parts], axis=0)
-    chi2, count = (sum(times * getattr(one, name) for one, times in parts) for name in ("chi2", "count"))
-    return normal, max(chi2 / max(count, 1.0), 1.0)
-
-
-def spread_of(parts: Parts, size: int, of: Callable[[Parts], Array]) -> Array:
-    """Return a covariance in units, infinite for numbers that are not identifiable, (size, size)."""
-    made = np.diag(np.full(size, np.inf))
-    if not parts:
-        return made
-    normal = _total(parts)[0]
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    value, vector = np.linalg.eigh(normal / np.outer(scale, scale))
-    lost = np.sum(vector[:, value < NOTHING * value[-1]] ** 2, axis=1) > 1e-6
-    known = ~(lost | (np.diag(normal) <= 0.0))
-    if np.any(known):
-        made[np.ix_(known, known)] = of(parts)[np.ix_(known, known)]
-    return made
-
-
-def of_events(parts: Parts) -> Array:
-    """Return the covariance from events: a longer run repeats the simulated part."""
-    return combined([
-        Information(times * one.normal, np.sqrt(times) * one.scores, times * one.chi2, max(round(times * one.count), 1))
-        for one, times in parts
-    ])  # fmt: skip
-
-
-def of_windows(parts: Parts, runs: float = 1.0) -> Array:
-    """Return the covariance along the path, at least as wide as the scatter of windows, as in the diagnosis.
-
-    runs: number of consecutive readings whose residuals have the same sign.
-    """
-    normal, level = _total(parts)
-    scatter = np.sum([times * one.scores.T @ one.scores for one, times in parts], axis=0)
-    inverse = np.linalg.pinv(normal)
-    wide = np.diag(inverse @ scatter @ inverse) / np.maximum(level * np.diag(inverse), 1e-300)
-    wide = np.sqrt(np.maximum(wide, runs))
-    return level * inverse * np.outer(wide, wide)
-
-
-def separation_of(parts: Parts, true: Array, ways: Sequence[Array]) -> float:
-    """Return the expected chi-square, over its level, of the best fit of another set to data of the true one.
-
-    true: numbers of the set in units, (p,); ways: free directions of the other set, (p, k) each.
-    """
-    if not parts:
-        return 0.0
-    normal, level = _total(parts)
-    least = np.inf
-    for free in ways:
-        across = free.T @ normal @ true
-        inner = np.linalg.pinv(free.T @ normal @ free, rcond=NOTHING, hermitian=True)
-        least = min(least, float(true @ normal @ true - across @ inner @ across))
-    return max(least, 0.0) / level

@@ -36,10 +36,9 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.causes import Cause
     from gears3d.diagnosis.evidence import Evidence, Paths
     from gears3d.diagnosis.path_candidates import Scatter
-    from gears3d.diagnosis.path_fit import Deviations
     from gears3d.diagnosis.pitch_error import ShortTooth
     from gears3d.diagnosis.residual_tests import Split
-    from gears3d.diagnosis.run_information import Path
+    from gears3d.diagnosis.run_information import Deviations, Path
     from gears3d.diagnosis.search import Rival, Search
     from gears3d.diagnosis.shooting import Windows
     from gears3d.measured.checks import Admitted

@@ -10,9 +10,9 @@ import pytest
 from gears3d.diagnosis import Search, uncut
 from gears3d.diagnosis.channels import CensoredImpacts
 from gears3d.diagnosis.path_candidates import Rebounds, rebounds, scatter, with_own_noise, working
-from gears3d.diagnosis.path_fit import Deviations
 from gears3d.diagnosis.prediction import unclipped
 from gears3d.diagnosis.residual_patterns import autocorrelation
+from gears3d.diagnosis.run_information import Deviations
 from gears3d.diagnosis.validity import own_scatter, scatter_patterns
 from gears3d.verification.challenge import plan
 from tests.diagnosis.blind import cases, play
