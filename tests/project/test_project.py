@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import importlib.util
 import itertools
 import subprocess
 import sys
@@ -11,6 +12,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "gears3d").rglob("*.py"))
+TOOLS = [
+    one
+    for one in (ROOT / "tools").iterdir()
+    if (one.is_file() and b"python" in one.read_bytes()[:40]) or one.suffix == ".py"
+]
 LAZY = ["pybullet", "rerun", "pint", "numba", "scipy", "trimesh", "matplotlib", "pandas", "pyarrow"]
 MOST_LINES_OF_FILE, MOST_LINES_OF_FUNCTION = 800, 100
 HEAVY = [*LAZY, "numpy", "pydantic", "typer", "rich", "jinja2"]
@@ -39,6 +45,15 @@ def test_public_names_resolve():
         assert getattr(gears3d, name) is not None
     with pytest.raises(AttributeError, match="simulate"):
         _ = gears3d.simulat
+
+
+@pytest.mark.parametrize("tool", sorted(TOOLS), ids=lambda one: one.name)
+def test_names_that_tools_import_exist(tool):
+    for node in ast.walk(ast.parse(tool.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("gears3d"):
+            module = importlib.import_module(node.module)
+            for one in node.names:
+                assert hasattr(module, one.name) or importlib.util.find_spec(f"{node.module}.{one.name}"), one.name
 
 
 @pytest.mark.parametrize(
