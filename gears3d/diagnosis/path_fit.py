@@ -73,7 +73,7 @@ SHIFTS, TURNS, LOOKED = tuple(0.1 * k for k in range(-6, 7)), 8, 32
 BENDS, REMADE = 2.0, 5
 # Sizes in units from the best of which the fit of a scatter begins, and rounds of its re-estimation from the kicks.
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
-# Parts of a window, increasing from its beginning, to whose readings starts and kicks are fitted in turn.
+# Parts of a window, increasing from its beginning, to whose readings starts, kicks and causes are fitted in turn.
 REACHES = tuple(0.08 * 1.25**k for k in range(12))
 
 
@@ -557,11 +557,32 @@ def unrounded(windows: Windows, now: State) -> State:
     return refitted(windows, now) if windows.unrounded(effects_of(now.causes)) else now
 
 
+def carried(part: Windows, now: State) -> State:
+    """Return the causes of a state in windows of another length."""
+    part.zeros, part.turned, part.weight = now.zeros.copy(), now.turned.copy(), np.ones(len(part))
+    part.motion, part.starts = now.motion, now.starts
+    effects = effects_of(now.causes)
+    part.restart(effects)
+    rest = settled(part, effects, part.residuals(effects))
+    return rezeroed(part, state_of(part, now.causes, rest))
+
+
 def refitted(windows: Windows, now: State) -> State:
-    """Return a state fitted to the present readings."""
+    """Return a state fitted to the present readings.
+
+    Where a record is not explained that others are, causes, datums and motion are fitted to increasing parts of windows
+    in turn: errors grow from impact to impact, and complete windows have local minima.
+    """
     restore(windows, now)
     rest = windows.residuals(effects_of(now.causes))
-    return polished(windows, fitted(windows, state_of(windows, now.causes, rest)), thorough=True)
+    made = polished(windows, fitted(windows, state_of(windows, now.causes, rest)), thorough=True)
+    missed = _by_record(windows, made.rest) > ACCOUNTS
+    if not np.any(missed) or np.all(missed):
+        return made
+    for part in (*(windows.until(reach) for reach in REACHES), windows):
+        now = polished(part, carried(part, now))
+    restore(windows, best := now if gain_of(windows, made, now)[0] > 0.0 else made)
+    return best
 
 
 def _from_measured_motion(windows: Windows, now: State) -> State:

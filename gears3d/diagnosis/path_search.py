@@ -29,6 +29,7 @@ from gears3d.diagnosis.evidence import fluctuation_orders, frequencies
 from gears3d.diagnosis.path_candidates import SCORED, Sized, carrying, fewer, playing, scores_of, sized
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
+    BENDS,
     BODY,
     FAR,
     FARTHEST,
@@ -40,6 +41,7 @@ from gears3d.diagnosis.path_fit import (
     State,
     added,
     agreement_of_diverging,
+    carried,
     covariance_of,
     effects_of,
     fall_of,
@@ -52,7 +54,6 @@ from gears3d.diagnosis.path_fit import (
     rezeroed,
     scanned,
     scattering,
-    settled,
     size_of,
     state_of,
     uncorrected,
@@ -91,8 +92,9 @@ FEWEST, FITTED_DIVERGING, LOCKED = 5, 2, 0.003
 # Least ratio of mean squares without and with a scatter, whose kicks also explain errors that are correlated over a
 # flight: coarse encoders gave up to 1.06, scatters 1.14 and more (space, 458 to 567, 1056); most runs of white noise.
 BEYOND = 1.1
-# Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most.
-NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
+# Part of the best score that a candidate needs to be fitted, and to replace a cause; exchanged causes at most; part of
+# its size with which a fit begins where the motion of the drive stands for it.
+NEAR, LIKE, EXCHANGES, HELD = 0.1, 0.5, 3, 0.1
 # Candidates that are fitted in a forward step, and with a law of contact, where a run takes several times as long.
 FITTED = (7, 3)
 # Largest part of the error that a second body may leave to be the first cause.
@@ -267,7 +269,7 @@ def _of_part(
         restore(part, found)
     if found is not done and found.causes and _far(part, found.rest) > ACCOUNTS:
         found = _exchanged(part, known, base, found, progress, grown=False)[0]
-    whole = polished(windows, _carried(windows, found))
+    whole = polished(windows, carried(windows, found))
     new = {one.candidate.kind for one in found.causes} - {one.candidate.kind for one in first.causes}
     if new & set(LAWS) and windows.usual(whole.rest) > NOISE:
         other = _of_part(windows, part, [one for one in known if one.kind not in LAWS], first, progress)
@@ -382,7 +384,7 @@ def _linear_part(windows: Windows, now: State, done: float) -> tuple[float, Wind
     least = next(part for part in BEGINNINGS if part > done)
     for reach in reversed(BEGINNINGS):
         part = windows.until(reach) if reach < 1.0 else windows
-        first = _carried(part, now) if reach < 1.0 else now
+        first = carried(part, now) if reach < 1.0 else now
         if reach <= least or _off(part, first) < NEARBY or _far(part, first.rest) <= ACCOUNTS:
             return reach, part, first
     raise AssertionError
@@ -399,16 +401,6 @@ def _off(windows: Windows, now: State) -> float:
 def _far(windows: Windows, rest: Array) -> float:
     """Return the mean square of residuals that a quantile of windows does not exceed."""
     return float(np.quantile(windows.level(rest), MANY))
-
-
-def _carried(part: Windows, now: State) -> State:
-    """Return the causes of a state in windows of another length."""
-    part.zeros, part.turned, part.weight = now.zeros.copy(), now.turned.copy(), np.ones(len(part))
-    part.motion, part.starts = now.motion, now.starts
-    effects = effects_of(now.causes)
-    part.restart(effects)
-    rest = settled(part, effects, part.residuals(effects))
-    return rezeroed(part, state_of(part, now.causes, rest))
 
 
 def _forward(
@@ -601,6 +593,11 @@ def _complexity(one: State) -> tuple[bool, int, float, bool, bool]:
     return SCATTER in kinds, numbers, price(last.candidate), one_sided, isinstance(last.effect, SensorEffect)
 
 
+def _is_bent(now: State) -> bool:
+    """Return whether the motion of the drive is corrected by more than its readings allow, in the place of a cause."""
+    return float(np.abs(now.motion).max(initial=0.0)) > BENDS
+
+
 def _without(state: State, k: int) -> State:
     return state._replace(causes=state.causes[:k] + state.causes[k + 1 :])
 
@@ -677,7 +674,7 @@ def _whole(windows: Windows, now: State, few: Windows, one: State) -> State:
     windows.zeros, windows.turned, windows.motion = one.zeros.copy(), one.turned.copy(), one.motion
     windows.starts = now.starts.put(few.picked, one.starts)
     effects = effects_of(one.causes)
-    windows.restart(effects)
+    windows.restart(effects, anew=_is_bent(now) and not _is_bent(one))
     return polished(windows, fitted(windows, state_of(windows, one.causes, windows.residuals(effects))), thorough=True)
 
 
@@ -725,6 +722,8 @@ def _fits(
     able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT_PATH * level]
     causes = first.causes if place is None else _without(first, place).causes
     bent = any(one.candidate.kind in LAWS for one in causes)  # scores are less accurate
+    # next to a motion of the drive that stands for the cause, its complete size is too much: the first step moves both
+    part = HELD if place is None and _is_bent(first) and few.usual(first.rest) < NOISE else 1.0
     most, least = FITTED[bent], NEAR if place is None or bent else LIKE
     made, kinds = [], set()
     for gain, one, units, by, _ in able:
@@ -733,7 +732,7 @@ def _fits(
         if (one.kind, goes_by(one)) in kinds or any(is_same(one, cause) for cause in now.causes):
             continue
         with suppress(InputError):
-            cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
+            cause = begin(one, part * np.clip(units, -FARTHEST[0], FARTHEST[0]))
             restore(few, first)
             few.turned, fit = few.turned + by, first._replace(causes=(*causes, cause))
             few.keep_readings(effects_of(first.causes), effects_of(fit.causes))

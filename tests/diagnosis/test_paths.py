@@ -13,6 +13,7 @@ from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
 from gears3d.verification.challenge import hide, plan
+from tests.diagnosis.blind import cases, play
 
 
 def named(kind, size, unit, **more):
@@ -86,3 +87,19 @@ def test_a_simulated_record_is_read_as_the_measured_one(bench):
         for time, angle in zip(flights.time, flights.loose, strict=True)
     ]
     assert np.median(slow) == pytest.approx(-one.rig.drag.torque / one.rig.rig().inertia, rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_record_whose_long_windows_have_local_minima_is_explained():
+    """Errors of the drive's motion grew over twelve low bounces, and one record of four was 20 times its noise off."""
+    told = play(next(iter(cases("space", 1392, 1))))
+    assert told["set_right"]
+    assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+def test_a_torque_is_found_that_a_correction_of_the_drive_stands_for():
+    """Fits began with the complete size next to the correction, and ended in another local minimum."""
+    told = play(next(iter(cases("space", 1368, 1))))
+    assert told["set_right"]
+    assert told["wrong_names"] == []
