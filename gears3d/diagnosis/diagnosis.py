@@ -217,6 +217,11 @@ class AlongPath(NamedTuple):
         return any(one.candidate.kind == BODY for one in self.path.causes)
 
     @property
+    def vibrates(self) -> bool:
+        """Whether a cause with a natural frequency, a second body or compliant teeth, is among the causes."""
+        return any(one.candidate.kind in (BODY, SOFT) for one in self.path.causes)
+
+    @property
     def agrees(self) -> bool:
         """Whether the rig without causes explains the trajectory to its noise."""
         none = not self.path.causes and self.path.scatter is None
@@ -610,8 +615,8 @@ def _diagnosed(
         refused = error
     rings = resonance(admitted, paths)
     if refused is not None:
-        whole = searched([])  # a body that the gear carries rings, too
-        if whole is not None and (whole.decides or whole.agrees) and (rings is None or whole.carries):
+        whole = searched([])  # a body that the gear carries rings, and so do compliant teeth
+        if whole is not None and (whole.decides or whole.agrees) and (rings is None or whole.vibrates):
             return _by_path(admitted_all, rig, notes, whole, tell, bodies, runs, highest)
         if rings is not None:
             return _unsegmented(admitted_all, rig, notes, "unexplained", rings)

@@ -11,6 +11,7 @@ from gears3d.scenario import load
 from gears3d.simulation import record
 from gears3d.verification.challenge import hide, plan, reveal
 from gears3d.views.pages.diagnosed import render
+from tests.diagnosis.blind import cases, play
 
 pytestmark = pytest.mark.usefixtures("low_orders")
 SHORT = {"size": 0.3, "records": 2, "duration": 2.0}
@@ -95,3 +96,12 @@ def test_small_and_large_laws_of_contact_at_high_noise(tmp_path, kind, seed, siz
     assert score["set_right"], found.to_dict()
     assert not score["wrong_names"]
     assert all(abs(one["error"]) < 0.1 for one in score["parameters"] if one["error"] is not None and one["true"])
+
+
+@pytest.mark.slow
+def test_compliant_teeth_explain_a_resonance_of_the_readings():
+    """Records of stiff teeth are not segmented, and ring: windows showed the cause, and were not asked."""
+    told = play(next(iter(cases("space", 1360, 1))))
+    assert told["kinds_first"]
+    assert told["verdict"] == "explained"
+    assert all(one["covered"] for one in told["parameters"])
