@@ -637,6 +637,8 @@ def _diagnosed(
     scatter = own_scatter(records, found, left) if rings is None else None
     if whole is not None and (whole.path.scatter is None or scatter_patterns(whole.path.deviations, highest)):
         scatter = None
+    elif whole is not None and scatter is not None and whole.path.after <= ACCOUNTS:
+        scatter = whole.path.scatter  # weak rebounds, which are missed, bias the other
     notes = [*notes, *(whole.notes if whole is not None else ())]
     tell("testing competing hypotheses", 0.85)
     others = rivals(found.records, found)
