@@ -81,11 +81,10 @@ from gears3d.effects import Code, SensorEffect
 from gears3d.errors import InputError
 
 Array = np.ndarray
-# Significance of a fall of chi-square over windows, in standard errors: gains in 14 windows of 100 reach it.
-STEADY = 4.0
-# The same of small falls, over the root of the fall: 0.5 where all windows gain equally. It was 0.45 of a restitution
-# in a rig of the blind benchmark (space3, 4); no cause is named in nine rigs without one.
-EVEN = 0.4
+# Significance of a fall of chi-square over windows, in standard errors: gains in 14 windows of 100 reach it; of small
+# falls, over the root of the fall: 0.5 where all windows gain equally. It was 0.45 of a restitution in a rig of the
+# blind benchmark (space3, 4); no cause is named in nine rigs without one.
+STEADY, EVEN = 4.0, 0.4
 # Windows that must diverge to show a cause that the others do not, and candidates that are fitted to these; relative
 # difference of an order and a multiple of the fluctuation's below which both coincide.
 FEWEST, FITTED_DIVERGING, LOCKED = 5, 2, 0.003
@@ -97,8 +96,9 @@ BEYOND = 1.1
 NEAR, LIKE, EXCHANGES, HELD = 0.1, 0.5, 3, 0.1
 # Candidates that are fitted in a forward step, and with a law of contact, where a run takes several times as long.
 FITTED = (7, 3)
-# Largest part of the error that a second body may leave to be the first cause.
-MOST_LEFT = 0.25
+# Largest part of the error that a second body may leave to be the first cause; part of what all causes explain that one
+# must gain next to noise, the square of 0.1 %: sizes of others are not more accurate.
+MOST_LEFT, MISSIZED = 0.25, 1e-6
 # Increasing parts of windows, from their beginning, in which causes are selected; residuals in backlashes up to which
 # sensitivities are valid, and from which on, with all causes, the record is of another rig; their quantile.
 BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
@@ -559,13 +559,14 @@ def _leaves_drag(windows: Windows, causes: Sequence[Cause]) -> bool:
 def _is_significant(windows: Windows, base: State, less: State, more: State) -> bool:
     """Return whether the gain of a cause exceeds chance, and model errors in proportion to what is explained.
 
-    Where residuals with it are noise, model errors do not count.
+    Where residuals with it are noise, only errors of sizes count.
     """
     gain, sure = gain_of(windows, less, more)
     sure = max(sure, agreement_of_diverging(windows, less, more))
     if gain <= ACCEPT_PATH or sure <= min(STEADY, EVEN * float(np.sqrt(gain))):
         return False
-    able = windows.usual(more.rest) < NOISE or gain > MODEL_ERROR * gain_of(windows, base, more)[0]
+    part = MISSIZED if windows.usual(more.rest) < NOISE else MODEL_ERROR
+    able = gain > part * gain_of(windows, base, more)[0]
     return able and (more.causes[-1].candidate.kind != SCATTER or _kicks(windows, less, more))
 
 

@@ -103,3 +103,11 @@ def test_a_torque_is_found_that_a_correction_of_the_drive_stands_for():
     told = play(next(iter(cases("space", 1368, 1))))
     assert told["set_right"]
     assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+def test_errors_of_the_size_of_large_causes_are_no_further_cause():
+    """Next to an encoder's error of 10,000 sigma, a torque of 10 sigma over the angle compensated what it left."""
+    told = play(next(iter(cases("space2", 471, 1))))
+    assert set(told["kinds_right"]) == {"encoder_eccentricity", "restitution_speed"}
+    assert told["wrong_names"] == []
