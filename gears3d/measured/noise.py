@@ -43,6 +43,9 @@ OUTLIER = 8.0
 SWEEP = (0.05, 0.95)
 # Power over that of the strongest order from which a lower order may be the one of which it is an alias.
 SAME = 0.8
+# Power of another order over the strongest above which both are motion: 0.63 to 26 where no encoder had an error, up to
+# 0.39 where it had (space, ten of 1382 to 1448).
+OTHERS = 0.5
 # Orders of an interpolation error in lines: offset and gain make once and twice, distortion and large errors more.
 HARMONICS = (1, 2, 3, 4)
 # Part of a wave by which it may be weaker in calm windows, an effect of their selection.
@@ -677,13 +680,41 @@ def _in_band(
         best = int(np.flatnonzero(able & (ratio > 0.0) & (power >= SAME * power[best]))[0])
     found, search = set(), not edges  # edges are known lines, and impacts between two of them have any order
     if ratio[best] > chance and search:
-        bases = {best, best // 2, best // 4}
-        found = {m * base for base in bases for m in HARMONICS}
+        family = {m * base for base in {best, best // 2, best // 4} for m in HARMONICS}
+        mean = sum(abs(shown[-1] - shown[0]) for _, shown in fine) / sum(len(shown) - 1 for _, shown in fine) * factor
+        if _stands_out(power, best, family, (mean or step, count), float(np.ptp(angle))):
+            found = family
     found |= {m * line for line in lines for m in HARMONICS}
     known = np.log(max(len(lines) * len(HARMONICS), 1) / CHANCE) if lines else chance
     orders = sorted(order for order in found if lowest <= order <= highest and ratio[order] > min(known, chance))
     orders = [order for order in orders if motion is None or not motion.makes(order, angle, rest)]
     return _fitted(fine, factor, rest, orders, [float(np.exp(-ratio[order])) * tried for order in orders], floor, least)
+
+
+def _stands_out(power: np.ndarray, best: int, family: set[int], steps: tuple[float, float], span: float) -> bool:
+    """Return whether an order is stronger than all but its family.
+
+    Samples and counts show an order as others too, and of the many lines of a motion some meet a whole order.
+
+    ``power``: of each order, (n,); ``steps``: mean of the samples and count, 0 without [rad]; ``span``: of the record
+    [rad].
+    """
+
+    def seen(orders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        rounded = _folded(orders, steps[1]) if steps[1] else orders
+        return _folded(orders, steps[0]), _folded(rounded, steps[0])
+
+    ways, own = seen(np.arange(len(power))), np.sort(np.concatenate(seen(np.array(sorted(family)))))
+    others = ways[0] * steps[0] > 2.0 * np.pi / PASSED[1]  # slower waves are motion that the moving cubic left
+    for one in ways:
+        at = np.clip(np.searchsorted(own, one), 1, len(own) - 1)
+        others &= np.minimum(np.abs(one - own[at - 1]), np.abs(one - own[at])) * span > LINE * 2.0 * np.pi
+    return float(np.max(power, where=others, initial=0.0)) < OTHERS * power[best]
+
+
+def _folded(orders: np.ndarray, step: float) -> np.ndarray:
+    """Return the lowest orders with the same values at angles that are ``step`` apart [rad], (n,)."""
+    return np.abs((orders * step + np.pi) % (2.0 * np.pi) - np.pi) / step
 
 
 def _repeats(waves: np.ndarray, rest: np.ndarray) -> bool:
