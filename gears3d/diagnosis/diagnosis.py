@@ -148,13 +148,12 @@ class AlongPath(NamedTuple):
     def accounts(self) -> bool:
         """Whether residuals are noise, or below the smallest size of a cause, in enough windows."""
         near = self.path.after <= ACCOUNTS or self.path.missed <= SMALLEST * self.windows.backlash
-        leaves = self.path.causes and self.path.after > NOISE and self._leaves(self.path.after)
-        return near and self.path.parted <= PARTED and not leaves
+        return near and self.path.parted <= PARTED and not (self.path.causes and self._leaves(self.path.after))
 
     def _leaves(self, level: float) -> bool:
-        """Return whether causes with that mean square residual leave too much of the error beyond noise."""
+        """Return whether causes with that mean square residual leave more than noise, and too much of the error."""
         part = LEAVES if level <= ACCOUNTS else BEYOND
-        return level - 1.0 > part * max(self.path.before - 1.0, 1e-9)
+        return level > NOISE and level - 1.0 > part * max(self.path.before - 1.0, 1e-9)
 
     def holds_of(self, records: Sequence[Evidence]) -> bool:
         """Return whether the causes explain the trajectory of each record; scattering restitution predicts none.

@@ -535,7 +535,7 @@ def _hypotheses(
     tried, seen = [], set()
     count = len(less.causes)
     for one in score(found.known, less.rest, directions(records, less)):
-        key = (one.candidate.kind, one.candidate.shape.get("gear"))
+        key = (one.candidate.kind, *(one.candidate.shape.get(name) for name in ("gear", "tooth")))
         if key in seen or (is_same(one.candidate, cause)):
             continue
         if len(tried) >= FITTED_RIVALS or one.gain < 0.2 * (less.chi2 - found.fit.chi2):
