@@ -30,6 +30,7 @@ from gears3d.diagnosis.prediction import (
 )
 from gears3d.diagnosis.preprocessing import delay_of, preprocess
 from gears3d.diagnosis.residual_patterns import Structure
+from gears3d.diagnosis.residual_tests import fluctuation_orders
 from gears3d.diagnosis.search import Rival, Search, aligned_search, keeping, on_both_flanks
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
@@ -61,6 +62,8 @@ MOSTLY = 0.5
 SMALLEST_CHANCE = 1e-300
 # Bins per pitch; a window has as many.
 BINS_PER_PITCH = 2
+# Periods of the fluctuation after which a motion may repeat at the same places of a gear.
+REPEATS = (1, 2, 3, 4)
 # Distance in pitches beyond which another tooth, or a second place with as many contact ends, is distinguishable: an
 # order of the gear has several places.
 AWAY = 3
@@ -315,7 +318,13 @@ def _peak(records: Sequence[Evidence], gear: Gear, flank: int) -> _Peak | None:
 
     teeth = records[0].pair.gear(gear).teeth
     ends, bins = [one.channels.contact_ends for one in records], BINS_PER_PITCH * teeth
-    places = [np.mod(getattr(each, gear)[each.flank == flank] * teeth / (2.0 * pi), teeth) for each in ends]
+    angles = [getattr(each, gear)[each.flank == flank] for each in ends]
+    places = [np.mod(own * teeth / (2.0 * pi), teeth) for own in angles]
+    orders = fluctuation_orders(records, gear)
+    places = [
+        each[np.unique(each.astype(int), return_index=True)[1]] if _is_locked(order, own, teeth) else each
+        for each, order, own in zip(places, orders, angles, strict=True)
+    ]
     counts = np.array([np.bincount((own * BINS_PER_PITCH).astype(int) % bins, minlength=bins) for own in places])
     windows = np.sum([np.roll(counts, -k, axis=1) for k in range(BINS_PER_PITCH)], axis=0)
     total, most = windows.sum(axis=0), windows.max(axis=0)
@@ -334,6 +343,18 @@ def _peak(records: Sequence[Evidence], gear: Gear, flank: int) -> _Peak | None:
     return _Peak(
         float(chances[best]), best / BINS_PER_PITCH + float(np.median(ends)), gear, flank, ends.size / away.size
     )
+
+
+def _is_locked(order: float, angle: Array, teeth: int) -> bool:
+    """Return whether a motion repeats at the same places of a gear: ends of contact at one of them count as one.
+
+    ``order``: periods in a revolution, 0 without; ``angle``: at ends of contact [rad], (n,).
+    """
+    if not order or not len(angle):
+        return False
+    turns = np.array(REPEATS) / order
+    slips = np.abs(turns - np.round(turns)) / turns * float(np.ptp(angle)) / (2.0 * pi)
+    return bool(np.any((np.round(turns) > 0.0) & (slips * teeth < 1.0)))
 
 
 # If few contact episodes reach a flank, and the gear never rests on it, velocity jumps are the only observation. They

@@ -570,13 +570,13 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     driven = [np.interp(one.fine[0], one.channels.drive.time, one.channels.drive.angle) for one in flown]
     for gear, angle in (("loose", [one.fine[1] for one in flown]), ("drive", driven)):
         yield from flight_order_spectrum(
-            f"flight.angle_{gear}", flown, own, angle, highest, _fluctuation_orders(flown, gear)
+            f"flight.angle_{gear}", flown, own, angle, highest, fluctuation_orders(flown, gear)
         )
     yield from gap_pattern(records, parts["flight"])
     yield from post_impact_ringing(records, parts["flight"], sure)
 
 
-def _fluctuation_orders(records: Sequence[Evidence], gear: str) -> list[float]:
+def fluctuation_orders(records: Sequence[Evidence], gear: str) -> list[float]:
     """Return the order of the drive's strongest fluctuation in each record, 0 without one.
 
     Rattle repeats with that one; all whole orders are multiples of a weak harmonic at order 1 of the drive.
@@ -600,7 +600,7 @@ def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest
     for gear in ("drive", "loose"):
         angles = [getattr(one, gear) for one in seen]
         yield from order_pattern(
-            f"contact.order_{gear}", value, sure, angles, highest, "m", _fluctuation_orders(records, gear)
+            f"contact.order_{gear}", value, sure, angles, highest, "m", fluctuation_orders(records, gear)
         )
     speed = np.concatenate([one.motion.speed(one.channels.contacts.time) for one in records])
     yield from bin_pattern("sensor.delay", value, sure, speed, "m")
@@ -624,7 +624,7 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     share = usual / np.maximum(np.abs(speed), 1e-9)  # change of restitution at the median speed
     value, sure = np.where(flank == 0, 1.0, -1.0) * value * share, sure / share
     angles = {gear: [getattr(one, gear) for one in seen] for gear in ("drive", "loose")}
-    locked = {gear: _fluctuation_orders(records, gear) for gear in angles}
+    locked = {gear: fluctuation_orders(records, gear) for gear in angles}
     yield from restitution_patterns(value, sure, angles, locked, highest)
 
 

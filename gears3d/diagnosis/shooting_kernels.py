@@ -161,19 +161,12 @@ def _window(
                     count += 1
             else:
                 own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
-                lean, (place, leans) = flank_at(own, i, 0.0, step)[1], flank_at(own, i, 1.0, step)
-                first = slowed(
-                    t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever
+                first, jerk, _, _ = _rests(
+                    t, begin + (i + 1) * step, step, i, angle, speed, rate, own, sign, mode, about, ahead, torques
                 )
-                first = sign * (first - r1 * rate[i] - _bent(own, i, step))
-                last = slowed(
-                    begin + (i + 1) * step, ahead + (place + r1 * angle[i + 1]) / r2, (leans + r1 * speed[i + 1]) / r2,
-                    mode, torques, lever,
-                )  # fmt: skip
-                last = sign * (last - r1 * rate[i + 1] - _bent(own, i + 1, step))
-                now = first + f * (last - first)
+                now, last = first + f * jerk, first + jerk
                 if now <= 0.0 and last <= 0.0:
-                    s, v = place, leans
+                    s, v = flank_at(own, i, 1.0, step)
                     break
                 m = 0.0 if now > 0.0 else rest * now / (now - last)
                 (s, v), mode = flank_at(own, i, f + m / step, step), 0
@@ -562,6 +555,13 @@ def _falls(
 
 
 @tight
+def _parting(t: float, angle: float, speed: float, sign: float, mode: int, torques: Array, lever: float) -> float:
+    """Return the acceleration away from a flank; a torque that acts in contact alone does not end it."""
+    held = sign * slowed(t, angle, speed, mode, torques, lever)
+    return min(held, sign * slowed(t, angle, speed, 0, torques, lever))
+
+
+@tight
 def _rests(
     t: float, last: float, step: float, i: int, angle: Array, speed: Array, rate: Array, own: Array, sign: float,
     mode: int, about: Array, ahead: float, torques: Array,
@@ -570,12 +570,11 @@ def _rests(
     r1, r2, lever = about[0], about[1], about[2]
     bend, bent = _bent(own, i, step), _bent(own, i + 1, step)
     lean, (place, leans) = flank_at(own, i, 0.0, step)[1], flank_at(own, i, 1.0, step)
-    p = slowed(t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever)
-    p = sign * (p - r1 * rate[i] - bend)
-    jerk = slowed(
-        last, ahead + (place + r1 * angle[i + 1]) / r2, (leans + r1 * speed[i + 1]) / r2, mode, torques, lever
-    )
-    jerk = sign * (jerk - r1 * rate[i + 1] - bent) - p
+    turn, after = ahead + (own[i] + r1 * angle[i]) / r2, ahead + (place + r1 * angle[i + 1]) / r2
+    p = _parting(t, turn, (lean + r1 * speed[i]) / r2, sign, mode, torques, lever)
+    p -= sign * (r1 * rate[i] + bend)
+    jerk = _parting(last, after, (leans + r1 * speed[i + 1]) / r2, sign, mode, torques, lever)
+    jerk -= sign * (r1 * rate[i + 1] + bent) + p
     q = (bend + r1 * rate[i]) / r2
     return p, jerk, q, (bent + r1 * rate[i + 1]) / r2 - q
 

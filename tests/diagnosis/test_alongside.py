@@ -256,3 +256,19 @@ def test_a_torque_in_oil_is_compared_with_others_in_long_windows():
     told = play(next(iter(cases("space2", 462, 1))))
     assert told["wrong_names"] == []
     assert set(told["kinds_right"]) == {"oil_film", "drag_differential"}
+
+
+@pytest.mark.slow
+def test_contact_that_ends_at_a_tooth_in_every_period_hides_no_drag_of_the_mesh():
+    """With half the order of the drive, two of five records ended contact at the same tooth by chance."""
+    told = play(next(iter(cases("space", 1485, 1))))
+    assert [one["kind"] for one in told["causes"]] == ["mesh_drag"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "kind"), [(1428, "restitution_asymmetry"), (1448, "drag_power")])
+def test_aliases_of_a_motion_hide_no_cause(seed, kind):
+    """An interpolation error that no encoder had was removed: a wrong name, and no end within ten minutes."""
+    told = play(next(iter(cases("space", seed, 1))))
+    assert told["kinds_right"] == [kind]
+    assert told["wrong_names"] == []

@@ -29,7 +29,8 @@ def _records(random, gear="loose", tooth=None, count=3, flank=0):
             drive, loose = np.r_[drive, ends[0]], np.r_[loose, ends[1]]
             flanks = np.r_[flanks, np.full(20, flank)]
         channels = SimpleNamespace(contact_ends=ContactEnds(drive, loose, flanks))
-        made.append(SimpleNamespace(pair=PAIR, channels=channels))
+        motion = SimpleNamespace(mean=100.0, harmonics=np.zeros((0, 3)))
+        made.append(SimpleNamespace(pair=PAIR, channels=channels, motion=motion, radii=(31.0, 53.0)))
     return made
 
 
@@ -60,3 +61,19 @@ def test_an_order_that_throws_at_several_places_is_no_tooth(order):
 def test_a_place_in_one_record_alone_is_that_of_its_speed():
     random = np.random.default_rng(4)
     assert not tooth_synchronous_contact_loss([*_records(random, count=2), *_records(random, tooth=7, count=1)], ())
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0])
+def test_a_motion_that_repeats_with_the_drive_suspects_no_tooth(order):
+    """In each record contact ends at one place; that of two among five is the same tooth by chance (space, 1485)."""
+    random, made = np.random.default_rng(6), []
+    for place in (16.2, 24.8, 15.8, 16.4, 9.1):
+        one = _records(random, count=1)[0]
+        turns = 2.0 * np.pi * (np.arange(30) / order + place / 31) + random.normal(0.0, 1e-3, 30)
+        one.channels.contact_ends = ContactEnds(turns, turns * 31 / 53, np.zeros(30, int))
+        one.motion.harmonics = np.array([[1e-3, 0.0, 100.0 * order]])
+        made.append(one)
+    assert tooth_synchronous_contact_loss(made, ()) == []
+    for one in made:
+        one.motion.harmonics = np.zeros((0, 3))
+    assert len(tooth_synchronous_contact_loss(made, ())) == 1

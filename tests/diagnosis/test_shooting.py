@@ -28,7 +28,7 @@ from gears3d.diagnosis.path_fit import (
 from gears3d.diagnosis.path_search import path_search
 from gears3d.diagnosis.run_information import WIDEST, widths_of
 from gears3d.diagnosis.shooting import LONG, Starts, Windows, at_rest
-from gears3d.diagnosis.shooting_kernels import BOUNCES, shoot
+from gears3d.diagnosis.shooting_kernels import BOUNCES, LEAVES, shoot
 from gears3d.diagnosis.validity import against, level_in
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit_all
@@ -106,6 +106,20 @@ def test_windows_go_where_the_power_series_goes(rig, kind):
     if effects:
         blind = np.abs(windows.residuals([]) * windows.sigma)
         assert np.mean(blind) > 3.0 * np.mean(missed)
+
+
+def test_a_drag_of_the_mesh_holds_contact_on_the_active_flank_alone(rig):
+    """On the reverse flank a gear that it slows is met again at once: contact ended and began 60 times in a step."""
+    effects = [catalogue()["mesh_drag"](coefficient=0.3 * rig.rig().drag_torque / rig.rig().mean_speed_loose)]
+    windows, _ = shot(rig, effects)
+    windows.restart(effects, anew=True)
+    run = windows.along(effects).run
+    losses = [row for own, count in zip(run.events, run.counts, strict=True) for row in own[:count] if row[2] == LEAVES]
+    assert {row[3] for row in losses} == {1.0, -1.0}
+    assert len(losses) < 4 * len(windows)
+    missed, blind = (np.abs(windows.residuals(own) * windows.sigma) for own in (effects, []))
+    assert np.quantile(missed, 0.99) < 1e-3 * windows.backlash
+    assert np.quantile(blind, 0.99) > 10.0 * np.quantile(missed, 0.99)
 
 
 def test_a_free_flight_is_a_parabola(rig):
