@@ -265,6 +265,10 @@ def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) ->
     return np.clip(e, 0.0, 1.0)
 
 
+# Largest scatter of a restitution that a rig can have; most impacts are clipped then, and a larger one looks the same.
+MOST_SCATTER = 1.0
+
+
 def unclipped(spread: float, mean: float) -> tuple[float, float]:
     """Return the standard deviation of a restitution that is clipped to 0 to 1, and its slope over the clipped one.
 
@@ -279,8 +283,8 @@ def unclipped(spread: float, mean: float) -> tuple[float, float]:
     def clipped(size: float) -> float:
         return float(np.sqrt(np.mean((np.clip(mean + size * chance, 0.0, 1.0) - mean) ** 2)))
 
-    most = 10.0  # nearly all impacts are clipped
-    found: Any = brentq(lambda one: clipped(one) - spread, 0.0, most) if spread < clipped(most) else most
+    able = spread < clipped(MOST_SCATTER)
+    found: Any = brentq(lambda one: clipped(one) - spread, 0.0, MOST_SCATTER) if able else MOST_SCATTER
     size, step = float(found), 1e-3 * float(found)
     return size, step / max(clipped(size + 0.5 * step) - clipped(size - 0.5 * step), 1e-3 * step)
 

@@ -18,7 +18,7 @@ from gears3d.diagnosis import path_fit
 from gears3d.diagnosis.causes import ACCEPT, fit, score, table
 from gears3d.diagnosis.path_candidates import scatter
 from gears3d.diagnosis.path_fit import LAWS
-from gears3d.diagnosis.prediction import deviation, reading_error
+from gears3d.diagnosis.prediction import MOST_SCATTER, deviation, reading_error
 from gears3d.diagnosis.preprocessing import Note, moved, turn
 from gears3d.diagnosis.residual_patterns import Structure, bin_pattern, channel_of
 from gears3d.diagnosis.residual_tests import FALSE_ALARM, are_coarse, restitution_patterns, single_record_note
@@ -765,7 +765,7 @@ def own_scatter(records: Sequence[Evidence], found: Search, left: Sequence[Struc
     effects = [cause.effect for cause in found.fit.causes if cause.effect is not None]
     spread = scatter(records, effects)
     unit = max(found.records[0].rig.restitution, 0.1)
-    if spread is None or spread.gain < ACCEPT or spread.value < SEGMENTATION_SCATTER * unit:
+    if spread is None or spread.gain < ACCEPT or not SEGMENTATION_SCATTER * unit <= spread.value <= MOST_SCATTER:
         return None
     own = np.array([each.value for one in records if (each := scatter([one], effects)) is not None])
     like = (own > SAME_SCATTER * spread.value) & (own < spread.value / SAME_SCATTER)

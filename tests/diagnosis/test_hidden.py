@@ -5,8 +5,10 @@ The fast ones run the search on two short records; the slow ones go through the 
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gears3d import cli
@@ -126,6 +128,29 @@ def test_blows_about_a_single_tooth_pass_for_no_law_of_restitution():
     # the tooth throws the gear at the other flank and meets it again before its rebound is seen
     found = play(Case("kinds", 377, ("pitch_error",), (("noise", 0.015),)))
     assert [one["kind"] for one in found["causes"]] == ["pitch_error"]
+
+
+@pytest.mark.slow
+def test_a_constant_drag_at_one_speed_stands_in_its_set():
+    """It was reported as `drag_differential` with a shaft of -3,273 rad/s, `drag_coulomb` not among its hypotheses."""
+    told = play(Case("kinds", 231, ("drag_coulomb",), (("noise", 0.003),), "one speed"))
+    (one,) = told["causes"]
+    assert "drag_coulomb" in (one["kind"], *one["or"])
+    assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [31, 32])
+def test_orders_of_a_fluctuation_locked_to_the_drive_are_no_errors_of_its_teeth(tmp_path, seed):
+    """Multiples of a fluctuation of order 12 were reported as transmission errors of orders 12, 24, 36 and 60."""
+    made, each = plan(seed, (), duration=4.0), []
+    for one in made.conditions:
+        mean = float(one["motion.mean"].split()[0])
+        sine = {**one["motion.harmonics"][0], "frequency": f"{12.0 * mean / (2.0 * np.pi)!r} Hz"}
+        each.append({**one, "motion.harmonics": [sine]})
+    hide(replace(made, conditions=tuple(each)), tmp_path / "c")
+    found, _ = judged(tmp_path / "c")
+    assert not found.causes, found.to_dict()
 
 
 @pytest.mark.slow

@@ -90,6 +90,23 @@ def test_scatter_belongs_to_the_gears_and_shows_in_their_records():
     assert alike.value == pytest.approx(DEVIATION, abs=4.0 * alike.sigma)
 
 
+def test_rebounds_beyond_any_restitution_are_no_scatter():
+    """A scatter of 7.06, which no rig can have, ended the run as if its user had stated it."""
+    records = []
+    for seed in range(5):
+        one = record(seed, 0.3)
+        blows = one.channels.censored_impacts
+        fast = blows._replace(rebound=20.0 * blows.rebound)
+        records.append(replace(one, channels=one.channels._replace(censored_impacts=fast)))
+    all_of_them = scatter(records)
+    assert all_of_them is not None
+    assert all_of_them.value > 1.0
+    found = SimpleNamespace(records=records, fit=SimpleNamespace(causes=(), rest=np.full(100, 3.0)),
+                            known=SimpleNamespace(spans={"impact": slice(0, 100)}))  # fmt: skip
+    assert own_scatter(records, cast(Search, found), []) is None
+    assert unclipped(0.7, 0.5)[0] <= 1.0
+
+
 def test_working_responses_have_slope_and_bend_of_the_likelihood():
     from scipy.special import log_ndtr
 
