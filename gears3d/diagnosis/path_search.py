@@ -256,8 +256,7 @@ def _of_part(
 ) -> tuple[State, State]:
     """Return causes selected in beginnings of windows, and the state of the windows with them.
 
-    Exchanges follow, as causes may have the same effect in shorter parts. A slow flight fits the motion in oil or on
-    compliant teeth: one that is new stays only if no other cause predicts the windows better.
+    Exchanges follow, as causes may have the same effect in shorter parts. A new law stays if no other cause is better.
     """
     base = polished(part, _opened(part))
     restore(part, first)
@@ -726,11 +725,12 @@ def _fits(
     # next to a motion of the drive that stands for the cause, its complete size is too much: the first step moves both
     part = HELD if place is None and _is_bent(first) and few.usual(first.rest) < NOISE else 1.0
     most, least = FITTED[bent], NEAR if place is None or bent else LIKE
-    made, kinds = [], set()
+    made, kinds = [], {}
     for gain, one, units, by, _ in able:
-        if gain < least * able[0].gain or len(made) >= most:
+        if gain < least * able[0].gain or len(kinds) >= most:
             break
-        if (one.kind, goes_by(one)) in kinds or any(is_same(one, cause) for cause in now.causes):
+        key, shape = (one.kind, goes_by(one)), {**one.shape, "flank": ""}  # one of a kind, on each of its flanks
+        if kinds.get(key, shape) != shape or any(is_same(one, cause) for cause in now.causes):
             continue
         with suppress(InputError):
             cause = begin(one, part * np.clip(units, -FARTHEST[0], FARTHEST[0]))
@@ -741,7 +741,7 @@ def _fits(
                 fit = fitted(few, fit, held=len(causes))
             fit = fitted(few, fit)
             if fit.causes[-1].possible:
-                kinds.add((one.kind, goes_by(one)))
+                kinds[key] = shape if place is None else None
                 made.append(fit)
     few.weight = first.weight
     return sorted(made, key=lambda one: float(np.sum((one.rest * few.weights(one.rest)) ** 2)))

@@ -70,6 +70,7 @@ PREDICTED_QUANTITY = {
     "loss": "separation speed",
     "drive": "angle of the drive gear",
 }
+DELAY = "encoder_skew"
 # Chi-square per point of channels up to which these distinguish hypotheses: above it, segmentation is wrong.
 AGREE = 1.5
 # Ratio of mean speeds below which they count as one.
@@ -153,7 +154,8 @@ def distinguished_by_channels(
     """Return causes, with those hypotheses decided by channels that windows do not distinguish.
 
     Channels hold complete records, windows a sample. A channel without a significant effect of a cause does not decide
-    on it: records were segmented with flanks without it.
+    on it: records were segmented with flanks without it. Nor do channels decide on a delay of an encoder: they were
+    segmented without it, and moved flanks compensate it.
 
     Args:
         found: without causes, or with them.
@@ -163,6 +165,8 @@ def distinguished_by_channels(
     """
     causes = list(causes)
     for k, own in enumerate(rivals_of):
+        if DELAY in {causes[k].candidate.kind, *(kind for one in own if not one.excluded for kind in one.kinds)}:
+            continue
         others = causes[:k], causes[k + 1 :]
         now, none, *tried = (
             _tested(found, [*others[0], *one, *others[1]], known)

@@ -266,6 +266,15 @@ def test_contact_that_ends_at_a_tooth_in_every_period_hides_no_drag_of_the_mesh(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("seed", "kind"), [(1604, "transmission_error"), (1622, "encoder_skew")])
+def test_a_flank_alone_and_a_delay_keep_their_names(seed, kind):
+    """Of the same order, an encoder's error with a torque fits about as well, and so does a transmission error."""
+    told = play(next(iter(cases("space", seed, 1))))
+    assert told["causes"][0]["kind"] == kind
+    assert told["wrong_names"] == []
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "kind"), [(1428, "restitution_asymmetry"), (1448, "drag_power")])
 def test_aliases_of_a_motion_hide_no_cause(seed, kind):
     """An interpolation error that no encoder had was removed: a wrong name, and no end within ten minutes."""
