@@ -34,6 +34,7 @@ from gears3d.diagnosis.residual_tests import fluctuation_orders
 from gears3d.diagnosis.search import Rival, Search, aligned_search, keeping, on_both_flanks
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
+from gears3d.measured.noise import SUBHARMONICS
 from gears3d.units import show
 
 if TYPE_CHECKING:
@@ -62,8 +63,6 @@ MOSTLY = 0.5
 SMALLEST_CHANCE = 1e-300
 # Bins per pitch; a window has as many.
 BINS_PER_PITCH = 2
-# Periods of the fluctuation after which a motion may repeat at the same places of a gear.
-REPEATS = (1, 2, 3, 4)
 # Distance in pitches beyond which another tooth, or a second place with as many contact ends, is distinguishable: an
 # order of the gear has several places.
 AWAY = 3
@@ -352,7 +351,7 @@ def _is_locked(order: float, angle: Array, teeth: int) -> bool:
     """
     if not order or not len(angle):
         return False
-    turns = np.array(REPEATS) / order
+    turns = np.array(SUBHARMONICS) / order
     slips = np.abs(turns - np.round(turns)) / turns * float(np.ptp(angle)) / (2.0 * pi)
     return bool(np.any((np.round(turns) > 0.0) & (slips * teeth < 1.0)))
 
