@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats import binomtest
+from scipy.stats import binomtest, chisquare
 
 from gears3d.effects import catalogue
 from gears3d.verification.challenge import ASKED, KINDS
@@ -63,6 +63,8 @@ def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
         yield from ["", *_map([row for row in rows if row["part"] == part], part)]
     if stated := [row for row in rows if row.get("posterior")]:
         yield from ["", *_calibrated(stated)]
+    if ranks := [one["rank"] for row in rows for one in row["parameters"] if one.get("rank") is not None]:
+        yield from ["", *_ranked(np.array(ranks))]
     gains = [row["gain"] for row in rows if row["causes"] and (row["gain"] is not None or row.get("splits"))]
     good = sum(gain is not None and gain > 0.0 for gain in gains)
     yield from ["", "held-out gain of extensions above 0: " + rate(good, len(gains))]
@@ -141,6 +143,20 @@ def _calibrated(rows: list[dict[str, Any]]) -> Iterable[str]:
         own = [(stated, true) for stated, true in pairs if a <= stated < b]
         mean = f"{np.mean([stated for stated, _ in own]):.3f}" if own else "–"
         yield f"| {a:g} to {b:g} | {mean} | {rate(sum(true for _, true in own), len(own))} |"
+
+
+RANKS = 10
+"""Classes of a rank histogram: 100 sizes then have ten in each, with a standard deviation of three."""
+
+
+def _ranked(ranks: np.ndarray) -> Iterable[str]:
+    """Return the rank histogram of the true sizes in their intervals; calibrated intervals fill all classes equally."""
+    counts = np.histogram(ranks, RANKS, (0.0, 1.0))[0]
+    yield "| true size's quantile in the stated interval | " + " | ".join(f"{k / RANKS:g}" for k in range(RANKS)) + " |"
+    yield "|---" * (1 + RANKS) + "|"
+    yield "| sizes | " + " | ".join(str(count) for count in counts) + " |"
+    yield ""
+    yield f"{len(ranks)} sizes; equally filled: p = {chisquare(counts).pvalue:.2g}"
 
 
 def _of(rows: list[dict[str, Any]], name: str) -> int:

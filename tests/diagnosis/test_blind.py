@@ -1,11 +1,12 @@
 """The door of blind tests: every part draws what it says, and the tables count what the rows say."""
 
+import json
 from importlib import import_module
 
 import numpy as np
 import pytest
 
-from gears3d.verification.challenge import ASKED, KINDS
+from gears3d.verification.challenge import ASKED, KINDS, hide, plan, reveal
 from tests.diagnosis.blind import FINE, LIMITS, NULLS, PARTS, SETTINGS, STAGES, Case, cases, leaving_out, play
 from tests.diagnosis.blind_tables import limits, outcome, rate, tables
 
@@ -71,6 +72,27 @@ def test_tables_count_what_rows_say():
     dirty = [{**row, "part": "dirt", "hidden": [], "used": used, "causes": [{"kind": kind, "or": []}]}
              for used, kind in ((5, "drive_motion"), (3, "drag_viscous"))]  # fmt: skip
     assert f"| all | {rate(1, 2)} | {rate(0, 2)} | {rate(0, 2)} | {rate(8, 10)} |" in list(tables(dirty))
+
+
+@pytest.mark.parametrize(("wider", "calibrated"), [(1.0, True), (3.0, False), (0.5, False)])
+def test_ranks_of_true_sizes_show_whether_intervals_are_calibrated(tmp_path, wider, calibrated):
+    made = plan(4, ("drag_viscous",), duration=0.5, records=1)
+    hide(made, tmp_path / "blind")
+    true = made.told()["effects"][0]["coefficient"]
+    deviation, random, parameters = 0.02 * true, np.random.default_rng(7), []
+    for found in true + deviation * random.normal(size=200):
+        half = 1.96 * wider * deviation
+        value = {"value": found, "unit": "N m s/rad", "ci95": [found - half, found + half]}
+        answer = {"verdict": "explained", "causes": [{"kind": "drag_viscous", "parameters": {"coefficient": value}}],
+                  "remaining": {"structure": "none"}}  # fmt: skip
+        (tmp_path / "d.json").write_text(json.dumps(answer))
+        parameters += reveal(tmp_path / "blind", tmp_path / "d.json")["parameters"]
+    row = {"part": "kinds", "seed": 1, "records": 5, "hidden": ["drag_viscous"], "size": 0.2, "noise": 0.003,
+           "visible": True, "causes": [{"kind": "drag_viscous", "or": []}], "structure": "none", "gain": 0.9,
+           "seconds": 2.0, "verdict": "explained", "set_right": True, "wrong_names": [], "coordinate_right": None,
+           "parameters": parameters}  # fmt: skip
+    line = next(line for line in tables([row]) if line.startswith("200 sizes"))
+    assert (float(line.split("p = ")[1]) > 0.01) is calibrated
 
 
 def test_what_an_observer_does_not_see_is_not_missed():

@@ -11,7 +11,7 @@ import json
 import os
 import zlib
 from collections.abc import Sequence
-from math import pi
+from math import erf, pi, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -189,11 +189,21 @@ def _compared(name: str, true: Any, told: Any) -> dict[str, Any]:
     angle = name == "phase"
     error = (value - true + pi) % (2.0 * pi) - pi if angle else value - true
     interval = told.get("ci95") if isinstance(told, dict) else None
-    covered = None
+    covered, rank = None, None
     if isinstance(interval, list) and len(interval) == 2:
         covered = bool(interval[0] - value <= -error <= interval[1] - value)
+        rank = _rank(-error, interval[0] - value, interval[1] - value)
     share = error if angle or true == 0.0 else error / abs(true)
-    return {"true": true, "found": value, "error": share, "right": None, "covered": covered}
+    return {"true": true, "found": value, "error": share, "right": None, "covered": covered, "rank": rank}
+
+
+def _rank(off: float, low: float, high: float) -> float | None:
+    """Return the share of a normal posterior below the true value, whose 95 % interval goes from ``low`` to ``high``.
+
+    Over many challenges the shares of calibrated intervals are uniform between 0 and 1 (Talts et al. 2018).
+    """
+    side = low if off < 0.0 else high
+    return 0.5 * (1.0 + erf(1.959964 * off / abs(side) / sqrt(2.0))) if side else None
 
 
 def _digest(path: Path) -> str:
