@@ -257,7 +257,11 @@ class AlongPath(NamedTuple):
                 records = [turn(one, *each) for one, each in zip(self.records, by.tolist(), strict=True)]
                 found = given(records, self.path.causes, UNSEEN)
             known = self.path.unsure < UNSURE  # channels of the loose gear take the drive's measured motion as exact
-            first = distinguished_by_channels(found, self.path.causes, others, known)
+
+            def off(causes: Sequence[Cause], k: int) -> bool:
+                return self._off(found.records, causes, against(self.windows, causes, self._turned(found)))[k]
+
+            first = distinguished_by_channels(found, self.path.causes, others, known, off)
             found = found._replace(fit=fit(found.records, found.base, first))
             causes, spread = numbers_of(found, self.path, first, in_own_channels(found, UNSEEN), self.windows.pivot)
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])
@@ -290,14 +294,18 @@ class AlongPath(NamedTuple):
             one.candidate.kind in STEPS for one in causes
         ):
             return [False] * len(found.fit.causes)
-        turned_of = {one.name: one.turned for one in (*self.others, *found.records)}
-        turned = [turned_of.get(name, (0.0, 0.0)) for name in self.names]
+        turned = self._turned(found)
         if self.agrees:
             wrong = {k: self._denies(found.records, one, turned) for k, one in enumerate(causes)}
         else:
             wrong = self._off(found.records, causes, against(self.windows, causes, turned) if causes else None)
         order = iter(range(len(causes)))
         return [one.candidate.kind not in UNSEEN and wrong[next(order)] for one in found.fit.causes]
+
+    def _turned(self, found: Search) -> list[tuple[float, float]]:
+        """Return the shifts of the angular datums of both gears in each record [rad]."""
+        turned_of = {one.name: one.turned for one in (*self.others, *found.records)}
+        return [turned_of.get(name, (0.0, 0.0)) for name in self.names]
 
     def _off(self, records: Sequence[Evidence], causes: Sequence[Cause], seen: Against | None) -> dict[int, bool]:
         """Return which causes have another size by the trajectory, or do not reduce its residuals."""

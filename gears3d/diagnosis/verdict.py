@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -149,19 +149,22 @@ def fixed_parameter(effect: Any, name: str, written: Any) -> Any:
 
 
 def distinguished_by_channels(
-    found: Search, causes: Sequence[Cause], rivals_of: list[list[Rival]], known: bool
-) -> list[Cause]:
+    found: Search, causes: Sequence[Cause], rivals_of: list[list[Rival]], known: bool,
+    off: Callable[[Sequence[Cause], int], bool],
+) -> list[Cause]:  # fmt: skip
     """Return causes, with those hypotheses decided by channels that windows do not distinguish.
 
     Channels hold complete records, windows a sample. A channel without a significant effect of a cause does not decide
     on it: records were segmented with flanks without it. Nor do channels decide on a delay of an encoder: they were
-    segmented without it, and moved flanks compensate it.
+    segmented without it, and moved flanks compensate it. Nor do they prefer a hypothesis whose size by the trajectory
+    is another: one of the two has systematic errors.
 
     Args:
         found: without causes, or with them.
         causes: of the path.
         rivals_of: competing hypotheses of each cause; those that channels exclude are marked.
         known: whether the drive's motion is; else only its stated motion decides.
+        off: whether the trajectory gives one of some causes, by its place, another size.
     """
     causes = list(causes)
     for k, own in enumerate(rivals_of):
@@ -182,16 +185,18 @@ def distinguished_by_channels(
         chi2, instead = now.chi2, causes[k]
         least = excluding((none.chi2 - least) / level)
         if best is not None and tried[best].chi2 < min(chi2, none.chi2) - least * level:
+            if known and off(tried[best].causes, k):
+                continue
             chi2, causes[k] = tried[best].chi2, tried[best].causes[k]
         worse = [(each.chi2 - chi2) / level for each in tried]
         marked = [
-            one._replace(worse=max(one.worse, off), excluded=one.excluded or off > least,
-                         deviance=max(one.deviance, EXCLUDED * off / least))
-            for one, off in zip(own, worse, strict=True)
+            one._replace(worse=max(one.worse, by), excluded=one.excluded or by > least,
+                         deviance=max(one.deviance, EXCLUDED * by / least))
+            for one, by in zip(own, worse, strict=True)
         ]  # fmt: skip
         if best is not None and causes[k] is not instead:
-            off = (now.chi2 - chi2) / level
-            marked[best] = Rival((instead,), off, True, EXCLUDED * off / least)
+            by = (now.chi2 - chi2) / level
+            marked[best] = Rival((instead,), by, True, EXCLUDED * by / least)
         rivals_of[k] = sorted(marked, key=lambda one: one.worse)
     return causes
 
