@@ -283,7 +283,7 @@ def sized(windows: Windows, known: Sequence[Candidate], now: State, start: State
             falls = [fall_of(few, before, one.rest)[0] for one in tries]
             order = np.argsort(falls)[: -TRIED - 1 : -1]
             asked, tries = [asked[k] for k in order], [tries[k] for k in order]
-        if law.kind in LAWS and start.causes:  # a wrong backlash or drag stood for a part of it
+        if law.kind in LAWS and (start.causes or few.usual(before) < NOISE):  # others, or starts, stood for a part
             for k, one in enumerate(tries):
                 restore(few, one)
                 tries[k] = fitted(few, one, 2)

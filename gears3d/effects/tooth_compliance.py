@@ -30,7 +30,7 @@ class ToothCompliance:
     kind: ClassVar[str] = "tooth_compliance"
     place: ClassVar[Place] = "gap_force"
     params: ClassVar[dict[str, Param]] = {
-        "stiffness": Param("stiffness", 1e3, 1e12, linear=False),
+        "stiffness": Param("stiffness", 1e2, 1e12, linear=False),
         "damping": Param("damping", 0.0, 1e9, default=0.0, refined=Refined(1e-9, 1e9)),
     }
 

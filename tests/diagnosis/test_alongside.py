@@ -280,6 +280,15 @@ def test_channels_do_not_replace_what_the_trajectory_shows(seed, kind):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("seed", "kind"), [(1879, "tooth_compliance"), (1881, "oil_film")])
+def test_a_law_of_contact_is_named_at_its_least_size_and_stiffness(seed, kind):
+    """A stiffness just below the least of a scenario was refused, and starts without a film hid a weak film."""
+    told = play(next(iter(cases("space", seed, 1))))
+    assert [one["kind"] for one in told["causes"]] == [kind]
+    assert all(one["covered"] for one in told["parameters"] if one["covered"] is not None)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "kind"), [(1428, "restitution_asymmetry"), (1448, "drag_power")])
 def test_aliases_of_a_motion_hide_no_cause(seed, kind):
     """An interpolation error that no encoder had was removed: a wrong name, and no end within ten minutes."""

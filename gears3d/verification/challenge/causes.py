@@ -54,7 +54,7 @@ KINDS = (
 ASKED = ("carried_inertia", "drag_stick_slip")
 # Periods of a body on a spring in a fall across the backlash, and its damping ratio
 PERIODS, DAMPING = (2.0, 8.0), (0.01, 0.1)
-# Least stiffness of teeth that a scenario accepts, N/m
+# Least stiffness of teeth that is hidden, N/m; a scenario accepts softer ones, since fits scatter about it
 SOFTEST = 1e3
 
 _LEADING: dict[str, tuple[str, str, dict[str, Any]]] = {
