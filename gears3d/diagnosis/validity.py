@@ -33,7 +33,7 @@ from gears3d.recording import Recording
 from gears3d.units import show
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis.causes import Cause
+    from gears3d.diagnosis.causes import Cause, Fit
     from gears3d.diagnosis.evidence import Evidence, Paths
     from gears3d.diagnosis.path_candidates import Scatter
     from gears3d.diagnosis.pitch_error import ShortTooth
@@ -103,7 +103,7 @@ def split_accepted(
     """
     additional = reported_in_addition(scatter, short)
     named = sorted([*name_causes(found, others, path, records), *additional], key=lambda one: -one.gain)
-    weak = _insufficient(found) if windows is None else _unbounded(windows, found.fit.causes)
+    weak = _insufficient(found) if windows is None else _unbounded(windows, found.fit)
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
     stated = [
         *notes,
@@ -291,11 +291,12 @@ def _insufficient(found: Search) -> list[Note | None]:
     return weak
 
 
-def _unbounded(windows: Windows, causes: Sequence[Cause]) -> list[Note | None]:
+def _unbounded(windows: Windows, now: Fit) -> list[Note | None]:
     """Return why the trajectory does not determine each cause, ``None`` where it does.
 
     Of a gear that stays in contact throughout, it shows only that some torque is large enough for that.
     """
+    causes = now.causes
     torques = [one.effect is not None and one.effect.place == "torque" for one in causes]
     weak: list[Note | None] = [None] * len(causes)
     if not any(torques) or any(one.candidate.kind in LAWS for one in causes):
@@ -304,13 +305,15 @@ def _unbounded(windows: Windows, causes: Sequence[Cause]) -> list[Note | None]:
     effects, none = path_fit.effects_of(causes), np.zeros(len(windows))
     free = windows.level(windows.residuals(effects))
     still = windows.level(windows.residuals([*effects, held], at_rest(none, none, 1)))
-    if np.any(np.quantile(still, MOST_WINDOWS) > AS_WELL * np.quantile(free, MOST_WINDOWS)):
-        return weak
+    holds = bool(np.all(np.quantile(still, MOST_WINDOWS) <= AS_WELL * np.quantile(free, MOST_WINDOWS)))
+    ends = np.cumsum([len(one.numbers) for one in causes])[:-1]
+    spread = np.split(np.diag(now.covariance), ends)
+    shows = [bool(np.any(np.isfinite(own) & (own > 0.0))) for own in spread]  # the trajectory changes with its size
     text = "the gears stay in contact throughout: any torque that is large enough for that explains the records as well"
     remedy = "increase the fluctuation of the drive: `gears3d excitation` prints the threshold"
     return [
-        Note("few-events", f"{one.candidate.kind}: {text}", remedy) if own else None
-        for one, own in zip(causes, torques, strict=True)
+        Note("few-events", f"{one.candidate.kind}: {text}", remedy) if own and (holds or not sure) else None
+        for one, own, sure in zip(causes, torques, shows, strict=True)
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any
 
 from gears3d.results import Result
@@ -17,6 +18,9 @@ class Parameter:
         unit: of the value, SI.
         low: lower end of the 95 % interval.
         high: upper end of the 95 % interval.
+
+    >>> Parameter(0.5, "N m", float("-inf"), float("inf")).to_dict()
+    {'value': 0.5, 'unit': 'N m', 'ci95': None}
     """
 
     value: float
@@ -25,8 +29,9 @@ class Parameter:
     high: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return ``value``, ``unit`` and ``ci95`` as JSON can hold them."""
-        return {"value": self.value, "unit": self.unit, "ci95": [self.low, self.high]}
+        """Return ``value``, ``unit`` and ``ci95``, null without bounds, as JSON can hold them."""
+        bounded = isfinite(self.low) and isfinite(self.high)
+        return {"value": self.value, "unit": self.unit, "ci95": [self.low, self.high] if bounded else None}
 
 
 @dataclass(frozen=True)
