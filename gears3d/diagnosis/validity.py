@@ -294,26 +294,26 @@ def _insufficient(found: Search) -> list[Note | None]:
 def _unbounded(windows: Windows, now: Fit) -> list[Note | None]:
     """Return why the trajectory does not determine each cause, ``None`` where it does.
 
-    Of a gear that stays in contact throughout, it shows only that some torque is large enough for that.
+    Of a gear that stays in contact throughout, it shows some torque that is large enough: not which, and no film.
     """
     causes = now.causes
     torques = [one.effect is not None and one.effect.place == "torque" for one in causes]
-    weak: list[Note | None] = [None] * len(causes)
-    if not any(torques) or any(one.candidate.kind in LAWS for one in causes):
-        return weak
+    replaced = [own or one.candidate.kind in LAWS for one, own in zip(causes, torques, strict=True)]
+    if not any(torques):
+        return [None] * len(causes)
     held = catalogue()["drag_coulomb"](torque=HELD * windows.values.drag_torque)
-    effects, none = path_fit.effects_of(causes), np.zeros(len(windows))
-    free = windows.level(windows.residuals(effects))
-    still = windows.level(windows.residuals([*effects, held], at_rest(none, none, 1)))
+    others = path_fit.effects_of([one for one, own in zip(causes, replaced, strict=True) if not own])
+    free, none = windows.level(windows.residuals(path_fit.effects_of(causes))), np.zeros(len(windows))
+    still = windows.level(windows.residuals([*others, held], at_rest(none, none, 1)))
     holds = bool(np.all(np.quantile(still, MOST_WINDOWS) <= AS_WELL * np.quantile(free, MOST_WINDOWS)))
-    ends = np.cumsum([len(one.numbers) for one in causes])[:-1]
-    spread = np.split(np.diag(now.covariance), ends)
-    shows = [bool(np.any(np.isfinite(own) & (own > 0.0))) for own in spread]  # the trajectory changes with its size
+    spread = np.split(np.diag(now.covariance), np.cumsum([len(one.numbers) for one in causes])[:-1])
+    varies = [bool(np.any(np.isfinite(own) & (own > 0.0))) for own in spread]  # the trajectory, with its size
+    shows = [not holds and (sure or not own) for own, sure in zip(torques, varies, strict=True)]
     text = "the gears stay in contact throughout: any torque that is large enough for that explains the records as well"
     remedy = "increase the fluctuation of the drive: `gears3d excitation` prints the threshold"
     return [
-        Note("few-events", f"{one.candidate.kind}: {text}", remedy) if own and (holds or not sure) else None
-        for one, own, sure in zip(causes, torques, shows, strict=True)
+        Note("few-events", f"{one.candidate.kind}: {text}", remedy) if own and not sure else None
+        for one, own, sure in zip(causes, replaced, shows, strict=True)
     ]
 
 
