@@ -200,7 +200,8 @@ def _compared(name: str, true: Any, told: Any) -> dict[str, Any]:
 def _rank(off: float, low: float, high: float) -> float | None:
     """Return the share of a normal posterior below the true value, whose 95 % interval goes from ``low`` to ``high``.
 
-    Over many challenges the shares of calibrated intervals are uniform between 0 and 1 (Talts et al. 2018).
+    Over many challenges the shares of calibrated intervals are uniform between 0 and 1. Source: Talts et al. 2018,
+    arXiv:1804.06788.
     """
     side = low if off < 0.0 else high
     return 0.5 * (1.0 + erf(1.959964 * off / abs(side) / sqrt(2.0))) if side else None
