@@ -46,6 +46,7 @@ from gears3d.diagnosis.residual_patterns import (
 from gears3d.diagnosis.search import MOST_CAUSES, Search, keeping, next_cause
 from gears3d.effects import Code, SensorEffect
 from gears3d.errors import GearsError
+from gears3d.signals import robust_deviation
 
 if TYPE_CHECKING:
     from gears3d.effects import Row
@@ -204,8 +205,7 @@ def heldout_summary(found: Sequence[Split]) -> dict[str, Any]:
                 sizes[channel] = {"value": float(np.sqrt(np.mean(np.square(rms)))), "unit": unit}
         summary[name] = {**sizes, "D": float(np.mean([getattr(one, name) for one in found]))}
     held = [{"held_out": list(one.held), "gain": one.gain, "log_likelihood": one.likelihood} for one in found]
-    return {**summary, "noise": float(np.mean([one.noise for one in found])), "gain": gain,
-            "gain_range": ends,
+    return {**summary, "noise": float(np.mean([one.noise for one in found])), "gain": gain, "gain_range": ends,
             "log_likelihood": float(sum(one.likelihood for one in found)), "splits": held}  # fmt: skip
 
 
@@ -476,7 +476,7 @@ def _significant_patterns(found: Search, highest: int) -> tuple[list[Structure],
 
 
 def drop_contradicted(found: Search, left: Sequence[Structure]) -> list[Cause]:
-    """Return the causes that the records determine and that no residual pattern in their channels refutes."""
+    """Return the causes that the records determine, and that neither a residual pattern nor a whole channel refutes."""
     worth: dict[str, float] = {}
     for one in left:
         worth[channel_of(one.name)] = max(worth.get(channel_of(one.name), 0.0), one.worth)
@@ -484,8 +484,19 @@ def drop_contradicted(found: Search, left: Sequence[Structure]) -> list[Cause]:
     taken = {name: float(found.base[span] @ found.base[span] - found.fit.rest[span] @ found.fit.rest[span])
              for name, span in spans.items()}  # fmt: skip
     bad = {name for name in worth if worth[name] > REFUTING_SHARE * max(taken[name], 1e-9)}
-    return [cause for cause in found.fit.causes
-            if not bad.intersection(cause.candidate.channels) and _is_determined(found.records, cause)]  # fmt: skip
+    # What the model lacks in a channel far above its noise moves contacts and impacts, and so all other channels.
+    rests = [found.fit.rest[own] for own in found.known.spans.values() if own.stop - own.start >= FEWEST_POINTS]
+    most = max(map(robust_deviation, rests), default=0.0)
+    less = _without_each(found) if most > UNEXPLAINED else ()
+    weak = {k for k, chi2 in enumerate(less) if chi2 - found.fit.chi2 < ACCEPT * most**2}
+    return [cause for k, cause in enumerate(found.fit.causes) if k not in weak
+            and not bad.intersection(cause.candidate.channels) and _is_determined(found.records, cause)]  # fmt: skip
+
+
+def _without_each(found: Search) -> list[float]:
+    """Return the chi-square of fits without each of the causes, (c,)."""
+    causes = found.fit.causes
+    return [fit(found.records, found.base, causes[:k] + causes[k + 1 :]).chi2 for k in range(len(causes))]
 
 
 def _is_determined(records: Sequence[Evidence], cause: Cause) -> bool:
@@ -503,7 +514,7 @@ def drop_unpredictive(found: Search) -> list[Cause]:
         return causes
     parts = [contribution(found.records, [one.effect] if one.effect is not None else []) for one in causes]
     touched = [any(np.any(part[found.known.spans[name]]) for name in bad) for part in parts]
-    gains = [fit(found.records, found.base, causes[:k] + causes[k + 1 :]).chi2 for k in range(len(causes))]
+    gains = _without_each(found)
     at = [k for k, own in enumerate(touched) if own]
     weakest = min(at, key=lambda k: gains[k], default=None)
     return [one for k, one in enumerate(causes) if k != weakest]
@@ -730,9 +741,7 @@ def are_coarse(records: Sequence[Evidence]) -> bool:
 
 
 def without_quantisation(
-    records: Sequence[Evidence],
-    rest: Array,
-    test: Callable[[Sequence[Evidence], Array], Sequence[Structure]],
+    records: Sequence[Evidence], rest: Array, test: Callable[[Sequence[Evidence], Array], Sequence[Structure]]
 ) -> tuple[list[Structure], list[Structure]]:
     """Return the residual patterns of the gears, and those that coarse encoders may cause.
 
