@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ndtri
+from scipy.special import ndtr
 
 from gears3d.diagnosis.channels import Losses
 from gears3d.diagnosis.evidence import (
@@ -265,28 +265,30 @@ def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) ->
     return np.clip(e, 0.0, 1.0)
 
 
-# Largest scatter of a restitution that a rig can have; most impacts are clipped then, and a larger one looks the same.
-MOST_SCATTER = 1.0
+# Smallest and largest scatter of a restitution that a rig can have; most impacts are clipped at the largest, and a
+# larger one looks the same.
+LEAST_SCATTER, MOST_SCATTER = 1e-6, 1.0
 
 
-def unclipped(spread: float, mean: float) -> tuple[float, float]:
-    """Return the standard deviation of a restitution that is clipped to 0 to 1, and its slope over the clipped one.
+def untruncated(spread: float, mean: float) -> tuple[float, float]:
+    """Return the standard deviation of a normal restitution of which 0 to 1 is seen, and its slope over what is seen.
 
-    spread: root mean square deviation from the mean after clipping; mean: before it.
+    spread: root mean square deviation from the mean within 0 to 1; mean: of all.
 
-    >>> [round(one, 3) for one in unclipped(0.05, 0.5)]
+    >>> [round(one, 3) for one in untruncated(0.05, 0.5)]
     [0.05, 1.0]
     """
-    chance = ndtri((np.arange(1000) + 0.5) / 1000.0)
-    chance /= np.std(chance)
 
-    def clipped(size: float) -> float:
-        return float(np.sqrt(np.mean((np.clip(mean + size * chance, 0.0, 1.0) - mean) ** 2)))
+    def seen(size: float) -> float:
+        ends = np.array([-mean, 1.0 - mean]) / size
+        lost = np.diff(ends * np.exp(-0.5 * ends**2)) / np.sqrt(2.0 * pi) / np.diff(ndtr(ends))
+        return size * float(np.sqrt(1.0 - lost[0]))
 
-    able = spread < clipped(MOST_SCATTER)
-    found: Any = brentq(lambda one: clipped(one) - spread, 0.0, MOST_SCATTER) if able else MOST_SCATTER
+    spread = max(spread, LEAST_SCATTER)
+    able = spread < seen(MOST_SCATTER)
+    found: Any = brentq(lambda one: seen(one) - spread, LEAST_SCATTER, MOST_SCATTER) if able else MOST_SCATTER
     size, step = float(found), 1e-3 * float(found)
-    return size, step / max(clipped(size + 0.5 * step) - clipped(size - 0.5 * step), 1e-3 * step)
+    return size, step / max(seen(size + 0.5 * step) - seen(size - 0.5 * step), 1e-3 * step)
 
 
 def _flight_base(one: Evidence) -> Array:

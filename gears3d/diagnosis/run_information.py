@@ -52,7 +52,7 @@ from gears3d.diagnosis.path_fit import (
     settled,
     state_of,
 )
-from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals, unclipped
+from gears3d.diagnosis.prediction import CHANNELS, GEARS, residuals, untruncated
 from gears3d.diagnosis.preprocessing import ANGLE_STEP, delay_of, has_original_datum, preprocess, slopes_of_datums, turn
 from gears3d.diagnosis.search import Rival, given, occam
 from gears3d.diagnosis.shooting import KICKS, MOST, NOISE, Windows
@@ -255,7 +255,7 @@ def scatter_separated(path: Path, mean: float) -> Path:
         return path
     k = kinds.index(SCATTER)
     at = sum(len(one.numbers) for one in path.causes[:k])
-    value, slope = unclipped(float(path.causes[k].numbers[0]), mean)
+    value, slope = untruncated(float(path.causes[k].numbers[0]), mean)
     sigma = slope * float(np.sqrt(path.covariance[at, at]))
     covariance = np.delete(np.delete(path.covariance, at, axis=0), at, axis=1)
     return path._replace(

@@ -10,7 +10,7 @@ import pytest
 from gears3d.diagnosis import Search, uncut
 from gears3d.diagnosis.channels import CensoredImpacts
 from gears3d.diagnosis.path_candidates import Rebounds, rebounds, scatter, with_own_noise, working
-from gears3d.diagnosis.prediction import unclipped
+from gears3d.diagnosis.prediction import untruncated
 from gears3d.diagnosis.residual_patterns import autocorrelation
 from gears3d.diagnosis.run_information import Deviations
 from gears3d.diagnosis.validity import own_scatter, scatter_patterns
@@ -104,7 +104,7 @@ def test_rebounds_beyond_any_restitution_are_no_scatter():
     found = SimpleNamespace(records=records, fit=SimpleNamespace(causes=(), rest=np.full(100, 3.0)),
                             known=SimpleNamespace(spans={"impact": slice(0, 100)}))  # fmt: skip
     assert own_scatter(records, cast(Search, found), []) is None
-    assert unclipped(0.7, 0.5)[0] <= 1.0
+    assert untruncated(0.7, 0.5)[0] <= 1.0
 
 
 def test_working_responses_have_slope_and_bend_of_the_likelihood():
@@ -187,11 +187,11 @@ def test_restitution_that_depends_on_an_angle_does_not_scatter():
 
 
 @pytest.mark.parametrize(("mean", "size"), [(0.76, 0.35), (0.3, 0.1), (0.05, 0.2)])
-def test_the_scatter_before_clipping_follows_from_that_after_it(mean, size):
-    """No impact rebounds at more than the speed of approach, nor into the flank."""
-    seen = np.clip(np.random.default_rng(4).normal(mean, size, 400_000), 0.0, 1.0)
-    spread = float(np.sqrt(np.mean((seen - mean) ** 2)))
-    found, slope = unclipped(spread, mean)
+def test_the_scatter_of_all_impacts_follows_from_that_of_possible_ones(mean, size):
+    """No impact rebounds at more than the speed of approach, nor into the flank: those beyond are not counted."""
+    every = np.random.default_rng(4).normal(mean, size, 400_000)
+    spread = float(np.sqrt(np.mean((every[(every > 0.0) & (every < 1.0)] - mean) ** 2)))
+    found, slope = untruncated(spread, mean)
     assert found == pytest.approx(size, rel=0.01)
-    assert slope == pytest.approx((unclipped(1.01 * spread, mean)[0] - found) / (0.01 * spread), rel=0.05)
+    assert slope == pytest.approx((untruncated(1.01 * spread, mean)[0] - found) / (0.01 * spread), rel=0.05)
     assert slope > 0.99
