@@ -58,6 +58,7 @@ from gears3d.diagnosis.path_fit import (
     state_of,
     uncorrected,
     unrounded,
+    with_spread,
 )
 from gears3d.diagnosis.prediction import GEARS, restitution
 from gears3d.diagnosis.preprocessing import order_of
@@ -152,7 +153,7 @@ def path_search(
         fits = [rival_of(windows, one, found, least, by - costs[0]) for one, by in zip(own, costs[1:], strict=True)]
         others.append(tuple(sorted([*fits, *excluded], key=lambda one: one.worse)))
     restore(windows, found)
-    found = referenced(windows, found)
+    found = referenced(windows, with_spread(windows, found))
     able = [found, *(one for own, _ in instead for one in own)]
     level, unsure = windows.level(found.rest), max(fall_of(windows, uncorrected(windows, x), x.rest)[0] for x in able)
     restore(windows, found)
@@ -160,9 +161,8 @@ def path_search(
     made = Path(
         found.causes, covariance, widths_of(windows, found, covariance), np.array(gains),
         windows.usual(base.rest), windows.usual(found.rest), float(np.mean(level > FAR * max(np.median(level), 1.0))),
-        float(np.sqrt(np.median(usual))), len(windows), tuple(others),
-        detectable(windows, known, found, covariance), unsure=unsure, deviations=deviations(windows, found.causes),
-        complete=complete,
+        float(np.sqrt(np.median(usual))), len(windows), tuple(others), detectable(windows, known, found, covariance),
+        unsure=unsure, deviations=deviations(windows, found.causes), complete=complete,
     )  # fmt: skip
     rows = [row for effect in effects_of(found.causes) for row in effect.rows(windows.values)]
     mean = float(restitution([*windows.base, *rows], windows.values.restitution, np.zeros(1), np.zeros(1))[0])
