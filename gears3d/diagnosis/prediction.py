@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ndtr
 
 from gears3d.diagnosis.channels import Losses
 from gears3d.diagnosis.evidence import (
@@ -278,11 +277,10 @@ def untruncated(spread: float, mean: float) -> tuple[float, float]:
     >>> [round(one, 3) for one in untruncated(0.05, 0.5)]
     [0.05, 1.0]
     """
+    from scipy.stats import truncnorm
 
     def seen(size: float) -> float:
-        ends = np.array([-mean, 1.0 - mean]) / size
-        lost = np.diff(ends * np.exp(-0.5 * ends**2)) / np.sqrt(2.0 * pi) / np.diff(ndtr(ends))
-        return size * float(np.sqrt(1.0 - lost[0]))
+        return size * sqrt(float(truncnorm.moment(2, -mean / size, (1.0 - mean) / size)))
 
     spread = max(spread, LEAST_SCATTER)
     able = spread < seen(MOST_SCATTER)

@@ -173,6 +173,16 @@ def test_scatter_is_tried_before_causes_that_fit_beginnings_of_windows():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [103, 105, 106, 107])
+def test_the_size_of_a_scatter_is_within_ten_percent_and_its_interval(seed):
+    case = next(one for one in cases("kinds", seed, 1) if one.hidden == ("restitution_scatter",))
+    told = play(case)
+    assert [one["kind"] for one in told["causes"]] == ["restitution_scatter"]
+    assert told["parameters"][0]["covered"]
+    assert abs(told["parameters"][0]["error"]) < 0.1
+
+
+@pytest.mark.slow
 def test_the_reported_scatter_is_that_of_the_last_fit():
     """An earlier fit of 59 windows, with restitutions of wrong fits, gave 46 % more than the last."""
     told = play(next(iter(cases("space", 1549, 1))))
